@@ -4,22 +4,10 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench import (
-    accuracy,
-    accuracy_trials,
-    bags,
-    coverage,
-    flying,
-    gap_monitor,
-    ladder,
-    paper_network,
-    prediction,
-    reading,
-    speed,
-    station,
-    thrift,
-    tracking,
-)
+from bench import paper_network
+from bench.accuracy import coverage, prediction, thrift
+from bench.accuracy import section as accuracy
+from bench.accuracy import trials as accuracy_trials
 from bench.ardusub import page as ardusub
 from bench.ardusub.sources import SOURCES as ARDUSUB
 from bench.diagnosis import page as diagnosis
@@ -28,7 +16,12 @@ from bench.diagnosis import sources as of_diagnosis
 from bench.field import section as field
 from bench.field.sources import SECTION as FIELD
 from bench.mutants import section as mutants
+from bench.operation import flying, gap_monitor, station
+from bench.speed import bags, reading
+from bench.speed import identification as speed
 from bench.stamp import stamp
+from bench.tracking import ladder
+from bench.tracking import section as tracking
 from bench.unknown import section as unknown
 
 CAMPAIGN_SEEDS = (901, 902, 903, 904, 905)

@@ -70,8 +70,8 @@ class SwitchedVehicle:
     OFF is sent to blindly. `before_s` is the time when the vehicle was last heard before the switch, `heard_s`
     since. `answer` is its last PARAM_VALUE, `telemetry` the mode in its last telemetry, `was` that before the
     switch; `taken`: it has confirmed a mode other than off once; `lowered`: it then left that mode; `obstacle`: why
-    it can't act in any mode, as it said since the first send; `alone`: the way out where its autopilot turns out to be
-    alone, "" without one.
+    it can't act in any mode, as it said since the first send; `alone`: advice for an autopilot that turns out to have
+    no companion, "" if there is none.
     """
 
     mode: Mode

@@ -42,13 +42,13 @@ class AlignedDive:
         return len(self.time_s)
 
 
-def low_pass(value: Array, rate_hz: float, cutoff_hz: float, order: int = ORDER) -> Array:
+def low_pass(value: Array, rate_hz: float, cutoff_hz: float) -> Array:
     """Zero-phase Butterworth along the first axis; the value unchanged if the cut-off is at or above Nyquist."""
     if cutoff_hz >= rate_hz / 2:
         return value
     from scipy.signal import butter, sosfiltfilt  # a second to load, and the app shows curves without it
 
-    sections = butter(order, cutoff_hz, fs=rate_hz, output="sos")
+    sections = butter(ORDER, cutoff_hz, fs=rate_hz, output="sos")
     pad = min(len(value) - 1, int(3 * rate_hz / cutoff_hz))
     filtered: Array = sosfiltfilt(sections, value, axis=0, padlen=pad)
     return filtered

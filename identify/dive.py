@@ -118,7 +118,7 @@ class Reckoned:
     """Pulses that stand between samples `step_s` apart.
 
     error_us (k,): rms by which the reckoning misses a sample of each output, from the samples before and behind it;
-    share: the same variance over that of no reckoning.
+    share: that variance over the variance without reckoning.
     """
 
     step_s: float

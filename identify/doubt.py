@@ -28,8 +28,7 @@ class Culprit(Enum):
 
 @dataclass(frozen=True)
 class Doubt:
-    """A reason to distrust the values of the coefficients `about`: the problem, and in `remedy` what follows and what
-    to do.
+    """A reason to distrust the values of the coefficients `about`: the problem, and its mend (`remedy`).
 
     `outcome` is the outcome that the doubt gives the identification; CONVERGED for a mere warning. A doubt about a
     PRIOR concerns no value that the dive itself gave. `also`: coefficients that lean on those doubted.

@@ -31,14 +31,15 @@ def fixed(value: float, decimals: int) -> str:
     return f"{rounded + 0.0:.{max(decimals, 0)}f}".replace("-", MINUS)
 
 
+def decimals_of(value: float, digits: int = 3) -> int:
+    """Decimals that leave `digits` significant digits of a finite `value`; negative for tens and hundreds."""
+    rounded = float(f"{value:.{digits - 1}e}")
+    return digits - 1 - math.floor(math.log10(abs(rounded))) if rounded else 0
+
+
 def significant(value: float, digits: int = 3) -> str:
     """`value` with `digits` significant digits, written out, never as a power of ten."""
-    if not math.isfinite(value):
-        return MISSING
-    if value == 0.0:
-        return "0"
-    rounded = float(f"{value:.{digits - 1}e}")
-    return fixed(rounded, digits - 1 - math.floor(math.log10(abs(rounded))))
+    return fixed(value, decimals_of(value, digits)) if math.isfinite(value) else MISSING
 
 
 def nice_step(least: float) -> float:
@@ -60,10 +61,13 @@ def with_interval(value: float, low: float, high: float) -> tuple[str, str]:
 
 def speed(value: float, per: str) -> str:
     """A speed or an error of it, from m/s or rad/s (`per`): `6.1 mm/s`, `0.17 deg/s`."""
-    if not math.isfinite(value):
-        return MISSING
-    scale, shown = (math.degrees(1.0), "deg/s") if per == "rad/s" else (1e3, "mm/s")
-    return f"{significant(scale * value, 2)} {shown}"
+    scale, shown = speed_unit(per)
+    return f"{significant(scale * value, 2)} {shown}" if math.isfinite(value) else MISSING
+
+
+def speed_unit(per: str) -> tuple[float, str]:
+    """Factor and unit in which a reader gets small speeds in m/s or rad/s (`per`)."""
+    return (math.degrees(1.0), "deg/s") if per == "rad/s" else (1e3, "mm/s")
 
 
 def unbroken(sentence: str) -> str:

@@ -22,16 +22,16 @@ from identify.diagnose.result import Diagnosis
 from identify.diagnose.words.diagnosis import sorted_by_likelihood
 from identify.dive import Dive
 from identify.doubt import Outcome, worst
-from identify.glance.foretold import began, began_for_receipts
 from identify.run.diagnose import Before, published
 from identify.run.in_force import before_in_force
+from identify.validation.against_forecast import began, began_for_receipts
 from tui import show
 from tui.accepted import accepted_in
 from tui.options import NONE_ACCEPTED, RECEIPTS
 from tui.parameter_files import Leave, check_outcome
 
 if TYPE_CHECKING:
-    from identify.foretell import Foresight
+    from identify.validation.forecast import Forecast
 
 FORETELLING: Final = "foretelling the next dive"
 
@@ -65,10 +65,10 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
         name: why for name, why in clauses(doubts, OF_HULL).items() if name in diagnosis.accepted.values
     }
     outcome = worst(doubt.outcome for doubt in doubts)
-    from identify.foretell import foretell, foretold_lines  # loads scipy.optimize
+    from identify.validation.forecast import forecast, forecast_lines  # loads scipy.optimize
 
     with show.progress(FORETELLING) as tell:
-        foresight = foretell(
+        foresight = forecast(
             diagnosis.accepted,
             diagnosis.hull,
             dive,
@@ -88,7 +88,7 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
     return (
         *diagnosis.accepted.sentences,
         *doubt_lines(doubted, tuple(doubted)),
-        *foretold_lines(foresight),
+        *forecast_lines(foresight),
         how,
     )
 
@@ -120,7 +120,7 @@ def write_accepted(
     file: VehicleFile,
     doubted: Mapping[str, str],
     by_recording: Outcome,
-    foresight: "Foresight",
+    foresight: "Forecast",
 ) -> None:
     """Write the result of accepting a diagnosis as a parameter file with its sidecar.
 

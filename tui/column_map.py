@@ -19,8 +19,8 @@ from identify.ingest.mapping.proposal import Proposal
 from identify.ingest.mapping.proposal_of_runs import propose, propose_runs
 from identify.ingest.open import read_streams
 from identify.ingest.ros.bags import RECEIVED
+from identify.run.joined_runs import kinds_of
 from identify.run.recordings import runs_in
-from identify.run.together import kinds_of
 from tui import show
 from tui.files import Files, check_new_file
 

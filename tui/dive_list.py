@@ -15,7 +15,7 @@ from bridge.plain import from_json
 from bridge.vehicle.coefficients import COEFFICIENTS
 from gcs_plugin.dives.folder import list_folders
 from gcs_plugin.dives.recordings import GLANCE, is_date, recordings
-from identify.glance.span import Span
+from identify.axis_span import Span
 
 VERSION: Final = 8
 GOOD, FAIR = 0.1, 0.3

@@ -20,10 +20,10 @@ from bridge.wire.tlog import SUFFIXES
 from gcs_plugin.dives.folder import About, DiveFolder, vehicle_named
 from gcs_plugin.dives.recordings import GLANCE, began, order, recordings
 from gcs_plugin.locks import is_being_written
+from identify.axis_span import Span
 from identify.dive import Dive, Kind
-from identify.glance.excitation import excitation, spans
-from identify.glance.loss import Loss, loss_of
-from identify.glance.span import Span
+from identify.excitation import excitation, spans
+from identify.ingest.mavlink.message_loss import Loss, loss_of
 from identify.ingest.open import date_of, read_dive, recording_files
 from identify.run.recordings import stray_bytes
 from tui.dive_list import VERSION, DiveRow, Glance, dive_folders, kept, short_name, state_of

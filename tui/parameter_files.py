@@ -15,7 +15,7 @@ from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar
 from identify.doubt import Outcome
-from identify.glance.foretold import Foretelling
+from identify.validation.against_forecast import Foretelling
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ from gcs_plugin.dives.conditions import TETHER
 from gcs_plugin.dives.folder import conditions_of
 from identify.ingest.mapping.column_map import map_file
 from identify.ingest.open import MAPPED, recording_files
+from identify.run.joined_runs import together
 from identify.run.recordings import Reading, Recording, read_each, read_runs, runs_in
-from identify.run.together import together
 
 
 def column_map_for(name: str | None, recordings: Sequence[str]) -> Path | None:

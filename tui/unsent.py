@@ -10,7 +10,7 @@ from gcs_plugin.params.last_accepted import ever_accepted, in_force
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path
 from identify.diagnose.words.causes import effects_words
 from identify.dive import Dive
-from identify.glance.foretold import began, began_for_receipts
+from identify.validation.against_forecast import began, began_for_receipts
 from tui.app.desk import ACCEPTABLE
 
 

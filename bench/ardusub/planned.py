@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.ardusub.firmware import SETTINGS, Firmware, Passing, Stepped
 from bench.ardusub.flight import Aboard, Pilot, fly, vehicle_file
-from bench.flying import LIMITS, as_well, flight, plan_of
+from bench.operation.flying import LIMITS, as_well, flight, plan_of
 from bridge.ardusub.companion import companion_file
 from bridge.simulator.json_plant import json_body
 from bridge.simulator.missions import AFLOAT_M, hovering

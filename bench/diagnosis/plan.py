@@ -6,9 +6,9 @@ All seeds are of a range that nothing is tuned on; development has seeds of its 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identify.challenge.case import UNSEEN_BESIDE, Case, Kind, draw_case, left_out
-from identify.challenge.plants import ABSORBED, PLANTS
-from identify.challenge.plants_novel import NOVEL
+from identify.challenge.case import UNSEEN_IN_PAIRS, Case, Kind, draw_case, left_out
+from identify.challenge.novel_effects import NOVEL
+from identify.challenge.planted_effects import ABSORBED, PLANTS
 
 BENCH, POWER_BENCH, DEVELOPMENT = 1_200_000, 500_000, 390_000
 """First seeds of the section, of its power curves, and of the short form, which anyone may look at.
@@ -19,7 +19,7 @@ Seeds from 500000, 700000, 900000 and 1100000 on have been looked at: the sectio
 NONE, ONE, TWO, NOVEL_KINDS, LACKING, SPEED, POWER = (1000 * k for k in range(7))
 """Offset of each group's seeds from the first; power comes last, because it has the most."""
 
-UNKNOWABLE = tuple(name for name in PLANTS if name not in UNSEEN_BESIDE)
+UNKNOWABLE = tuple(name for name in PLANTS if name not in UNSEEN_IN_PAIRS)
 """Effects that are planted once more while the library lacks them and their true class."""
 
 

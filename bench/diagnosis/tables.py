@@ -12,7 +12,7 @@ from bench.diagnosis.goals import figure_words
 from bench.diagnosis.trials import Trial
 from bench.words import paragraph, table
 from bridge.vehicle.config import load_vehicle
-from identify.challenge.plants import ABSORBED
+from identify.challenge.planted_effects import ABSORBED
 from identify.challenge.score import BINS, UNMEASURED, VECTORS, Judged, Rate, errors
 from identify.effects.library import library
 

@@ -45,7 +45,7 @@ def _make(arguments: argparse.Namespace) -> None:
 
 
 def _score(arguments: argparse.Namespace) -> None:
-    from bench.field.diagnosed import folder_job
+    from bench.field.answers import folder_job
     from bench.field.score import judged
     from bench.field.section import lines
     from bench.field.sources import ANSWERS

@@ -16,7 +16,7 @@ from bench.field.vehicle import FieldVehicle
 from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.dive import pulse
-from identify.challenge.site import coloured
+from identify.challenge.scenario import coloured
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,15 @@ import yaml
 from bench.field.autopilot import Autopilot, VelocityFilter, draw_autopilot, draw_filter
 from bench.field.export import COMPANION, Rates, down, packed, telemetry_of, tlog_of
 from bench.field.mission import TICK_S, Pilot, draw_mission, draw_pilot, sticks_of
-from bench.field.plants import PLANTS
+from bench.field.planted_effects import PLANTS
+from bench.field.scenario import Planted, scenario_of
 from bench.field.simulate import Flown, Sea, Sensors, draw_sea, draw_sensors, fly
-from bench.field.site import Planted, site_of
 from bench.field.vehicle import FieldVehicle, draw_vehicle
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.challenge.nearest import nominal_columns
+from identify.challenge.nearest_parameters import nominal_columns
 
 TILT = 0.01
 """A smaller tilt, rad, can't be seen reliably."""
@@ -52,7 +52,7 @@ def missing_wrench(flown: Flown) -> Array:
     It is the total wrench less the true model's, quadratic drag included, which takes thrust from the pulses by the
     crew's curve and lag, and less the sea's.
     """
-    vehicle, ticks = flown.site.vehicle, flown.ticks
+    vehicle, ticks = flown.scenario.vehicle, flown.ticks
     shape = vehicle.configuration
     modelled = _columns(flown) @ np.concatenate([vehicle.mass, vehicle.linear, vehicle.quadratic])
     below = down(ticks.state)
@@ -68,14 +68,14 @@ def felt(flown: Flown, std: Array) -> Felt:
 
     In roll and pitch the sea counts as at least the moment that tilts the vehicle by TILT.
     """
-    shape = flown.site.vehicle.configuration
+    shape = flown.scenario.vehicle.configuration
     tilts = TILT * shape.dry_mass_kg * GRAVITY_M_S2 * shape.centre_of_gravity_below_buoyancy_m
     std = np.maximum(std, np.array([0.0, 0.0, 0.0, tilts, tilts, 0.0]))
     gap = missing_wrench(flown)
     if not np.isfinite(gap).all():
         # The planted effect made the vehicle turn over ever faster. That is no dive, and it will be drawn again.
         return Felt(np.full(6, np.inf), np.full(6, np.inf))
-    thrust = flown.ticks.nominal @ allocation_matrix(flown.site.vehicle.configuration).T
+    thrust = flown.ticks.nominal @ allocation_matrix(flown.scenario.vehicle.configuration).T
     rms = np.sqrt(np.mean(thrust**2, axis=0))
     table, value = (_columns(flown) / std[None, :, None]).reshape(-1, 18), (gap / std).reshape(-1)
     left = value - table @ np.linalg.lstsq(table, value, rcond=None)[0]
@@ -293,7 +293,7 @@ def _fly(case: FieldCase, which: int) -> Flown:
     ticks = int(case.seconds[which] / TICK_S)
     depth_m, heading = rng.uniform(2.0, 4.0), rng.uniform(-np.pi, np.pi)
     sticks = sticks_of(rng, draw_mission(rng, case.seconds[which]), case.pilot, ticks)
-    site = site_of(case.vehicle, case.pilot, ticks, depth_m)
+    scenario = scenario_of(case.vehicle, case.pilot, ticks, depth_m)
     if case.planted is not None:
-        case.planted.apply(site, of_effect)
-    return fly(site, case.autopilot, sticks, case.sea, case.sensors, heading, of_sea)
+        case.planted.apply(scenario, of_effect)
+    return fly(scenario, case.autopilot, sticks, case.sea, case.sensors, heading, of_sea)

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 from bench.field.vehicle import FieldVehicle
 from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.challenge.plants import sign
-from identify.challenge.site import coloured
+from identify.challenge.planted_effects import sign
+from identify.challenge.scenario import coloured
 
 TICK_S = 0.05
 REST_S = 5.0

@@ -10,10 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from bench.diagnosis.goals import figure_words
-from bench.field.beside import HORIZONS_S, NAMES
-from bench.field.diagnosed import Planned, planned_job
+from bench.field.answers import Planned, planned_job
 from bench.field.draw import DIVE_S, NONE, plan
 from bench.field.export import COMPANION, STATION, Rates
+from bench.field.regressions import HORIZONS_S, NAMES
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.sources import ANSWERS
 from bench.remembered import Remembered

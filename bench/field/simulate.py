@@ -1,4 +1,4 @@
-"""Simulate a dive from a site and a mission: motion, commands and forces."""
+"""Simulate a dive from a scenario and a mission: motion, commands and forces."""
 
 from dataclasses import dataclass
 
@@ -7,10 +7,10 @@ import numpy as np
 from bench.field import dive as kernel
 from bench.field.autopilot import NEUTRAL, Autopilot, fresh
 from bench.field.mission import Pilot, Sticks
-from bench.field.site import FieldSite
+from bench.field.scenario import FieldScenario
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.arrays import Array
-from identify.challenge.site import coloured
+from identify.challenge.scenario import coloured
 from identify.challenge.world import STATES
 
 STICK_US = 200
@@ -51,7 +51,7 @@ class Flown:
     """A dive: the pilot's sticks, `ticks` as the kernel filled them, the noise (n, 8) of the autopilot's readings, and
     the sea's wrench (n, 6) at the ticks."""
 
-    site: FieldSite
+    scenario: FieldScenario
     sticks: Sticks
     ticks: kernel.Ticks
     noise: Array
@@ -89,7 +89,7 @@ def draw_sensors(rng: np.random.Generator) -> Sensors:
 
 
 def fly(
-    site: FieldSite,
+    scenario: FieldScenario,
     autopilot: Autopilot,
     sticks: Sticks,
     sea: Sea,
@@ -98,8 +98,8 @@ def fly(
     rng: np.random.Generator,
 ) -> Flown:
     """Dive the sticks. `rng` draws sea and noise."""
-    count, k = len(sticks.asked), site.prop.way.shape[0]
-    drawn = coloured(rng, len(site.time_s), kernel.STEP_S, sea.memory_s, 1, sea.std)
+    count, k = len(sticks.asked), scenario.prop.way.shape[0]
+    drawn = coloured(rng, len(scenario.time_s), kernel.STEP_S, sea.memory_s, 1, sea.std)
     spread = [
         sensors.tilt,
         sensors.tilt,
@@ -110,23 +110,23 @@ def fly(
     ]
     noise = rng.standard_normal((count, 8)) * np.array(spread)
     start = np.zeros(STATES)
-    start[2], start[3], start[6] = site.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
+    start[2], start[3], start[6] = scenario.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
     ticks = kernel.Ticks(
         np.zeros((count, STATES)), np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, k)),
         np.zeros((count, k)), np.zeros((count, 2)), np.zeros((count, 5)), np.zeros((count * kernel.EACH, 3)),
     )  # fmt: skip
     supply = kernel.Supply(
         sensors.full_v,
-        site.felt_ohm or sensors.ohm,
-        site.felt_fall or sensors.fall,
-        site.felt_ohm,
-        site.felt_fall,
+        scenario.felt_ohm or sensors.ohm,
+        scenario.felt_fall or sensors.fall,
+        scenario.felt_ohm,
+        scenario.felt_fall,
     )
     water = kernel.Water(
-        np.zeros((1, 12)) if site.moved is None else site.moved, site.push + drawn, site.grown
+        np.zeros((1, 12)) if scenario.moved is None else scenario.moved, scenario.push + drawn, scenario.grown
     )
     kernel.dive(
-        site.body(), site.hull, site.prop, autopilot, fresh(site.depth_m, heading), water, supply, sticks.asked,
-        sticks.leg, site.pilot.leash_m, noise, LAG_S, start, ticks,
+        scenario.body(), scenario.hull, scenario.prop, autopilot, fresh(scenario.depth_m, heading), water, supply,
+        sticks.asked, sticks.leg, scenario.pilot.leash_m, noise, LAG_S, start, ticks,
     )  # fmt: skip
-    return Flown(site, sticks, ticks, noise, drawn[:: kernel.EACH][:count])
+    return Flown(scenario, sticks, ticks, noise, drawn[:: kernel.EACH][:count])

@@ -5,14 +5,14 @@ from bench.stamp import reached
 MADE = tuple(
     f"bench/field/{name}.py"
     for name in (
-        "autopilot", "dive", "draw", "export", "mission", "plants", "simulate", "site", "vehicle",
+        "autopilot", "dive", "draw", "export", "mission", "planted_effects", "scenario", "simulate", "vehicle",
     )
 )  # fmt: skip
 ANSWERS = (
     *reached(
         *MADE,
-        "bench/field/beside.py",
-        "bench/field/diagnosed.py",
+        "bench/field/regressions.py",
+        "bench/field/answers.py",
         "identify/diagnose/result.py",
         "identify/diagnose/diagnose.py",
         "identify/ingest/open.py",

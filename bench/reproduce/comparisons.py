@@ -11,6 +11,7 @@ from bench.reproduce.run import Reproduction
 from bridge.arrays import Vector3
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
+from identify.report import cells
 from identify.report.page import Section, Table
 from identify.tracking import AxisErrors, tracking_errors
 from identify.words import MISSING, fixed, significant, unit, with_interval
@@ -182,14 +183,14 @@ def heave_section(done: Reproduction) -> Section:
     for name, campaign in done.campaigns.items():
         for coefficient in HEAVE:
             estimate = campaign.ours[coefficient]
-            value, interval = with_interval(estimate.value, estimate.low95, estimate.high95)
+            value, interval = cells.with_interval(estimate.value, estimate.low95, estimate.high95)
             shown = (value, interval) if estimate.identifiable else (MISSING, estimate.reason)
             rows.append(
                 (
                     f"{coefficient}, {unit(estimate.unit)}",
                     name,
                     *shown,
-                    significant(campaign.truth[coefficient], 4),
+                    cells.significant(campaign.truth[coefficient], 4),
                 )
             )
     return Section(
@@ -210,7 +211,12 @@ def yaw_section(done: Reproduction) -> Section:
     """Yaw inertia: identified, and used in the feed-forward."""
     runs = {label: turned(done.dives[trial]) for label, trial in TURNS.items()}
     rows = tuple(
-        (label, fixed(run.lag_s, 2), fixed(run.error_deg, 1), fixed(run.overshoot_deg, 1))
+        (
+            label,
+            cells.fixed(run.lag_s, 2),
+            cells.fixed(run.error_deg, 1),
+            cells.fixed(run.overshoot_deg, 1),
+        )
         for label, run in runs.items()
     )
     inertia = done.campaigns["survey"].ours["I_r"]
@@ -246,9 +252,9 @@ def coupling_section(terms: tuple[Term, ...]) -> Section:
     rows = tuple(
         (
             term.name,
-            f"{significant(term.value, 2)} ± {significant(term.std, 2)}",
-            f"{fixed(100 * term.share, 1)} %",
-            fixed(abs(term.value) / term.std, 1),
+            cells.joined(cells.Form.SPREAD, cells.significant(term.value, 2), cells.significant(term.std, 2)),
+            cells.percent(term.share, 1),
+            cells.fixed(abs(term.value) / term.std, 1),
         )
         for term in off
     )

@@ -15,10 +15,12 @@ from bench.reproduce.dives import Campaign
 from bench.reproduce.published import PARAMETERS, POWER_RISE, POWER_SPEED, TABLE_5, TRANSIENT
 from bench.reproduce.run import Reproduction
 from bridge.vehicle.config import Configuration
+from identify.report import cells
+from identify.report.cells import Cell
 from identify.report.figures import track
 from identify.report.page import Figure, Section, Table
 from identify.tracking import METHOD, compare
-from identify.words import MISSING, count, fixed, seconds, significant, unit
+from identify.words import MISSING, count, fixed, seconds, unit
 
 OVERSHOOT = (
     "The paper calls the overshoot in Fig. 14 significant and gives no number; a vehicle with linear damping coasts "
@@ -80,7 +82,8 @@ def parameter_table(campaign: Campaign, shape: Configuration, table: str) -> Tab
             continue
         less = shape.dry_mass_kg if name != coefficient else 0.0
         ours = campaign.ours[coefficient]
-        interval = f"{significant(ours.low95 - less, 4)} to {significant(ours.high95 - less, 4)}"
+        ends = (cells.significant(end - less, 4) for end in (ours.low95, ours.high95))
+        interval = cells.joined(cells.Form.RANGE, *ends)
         values = (
             campaign.truth[coefficient] - less,
             by_paper[coefficient] - less,
@@ -90,8 +93,8 @@ def parameter_table(campaign: Campaign, shape: Configuration, table: str) -> Tab
         rows.append(
             (
                 f"{name}, {unit(ours.unit)}",
-                significant(published[name].value, 4) if name in published else "not printed",
-                *(significant(value, 4) for value in values),
+                cells.significant(published[name].value, 4) if name in published else "not printed",
+                *(cells.significant(value, 4) for value in values),
                 interval if ours.identifiable else MISSING,
             )
         )
@@ -187,11 +190,11 @@ def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section
     both = done.dives["hovering both"]
     runs = table_5(done)
     rows = compare(runs, lever(done.file))
-    cells = tuple(
+    shown = tuple(
         (
             f"{row.axis}, {row.phase.lower()}",
-            fixed(TABLE_5[row.axis, row.phase], 4),
-            *(fixed(value, 4) for value in row.values),
+            cells.fixed(TABLE_5[row.axis, row.phase], 4),
+            *(cells.fixed(value, 4) for value in row.values),
         )
         for row in rows
         if (row.axis, row.phase) in TABLE_5
@@ -203,7 +206,7 @@ def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section
     return Section(
         "Both: Fig. 17 and Table 5",
         "",
-        (_numbers(numbers, ("Fig. 17",)), Table(("Motion and phase", "Paper, both", *runs), cells, caption)),
+        (_numbers(numbers, ("Fig. 17",)), Table(("Motion and phase", "Paper, both", *runs), shown, caption)),
         (
             figures.surge_or_sway(
                 both, 0, "fig 17a surge with both", "As Fig. 17 (a): hovering, surge at 0.4 m/s."
@@ -231,8 +234,8 @@ def _numbers(numbers: tuple[Comparison, ...], places: tuple[str, ...]) -> Table:
     return Table(columns, rows, "Flown with the values of the paper's method, and with ours.")
 
 
-def _fixed(value: float, unit_text: str) -> str:
-    return fixed(value, DECIMALS[unit_text])
+def _fixed(value: float, unit_text: str) -> Cell:
+    return cells.fixed(value, DECIMALS[unit_text])
 
 
 def configuration_section(done: Reproduction) -> Section:
@@ -241,7 +244,7 @@ def configuration_section(done: Reproduction) -> Section:
     rows = tuple(
         (
             f"{ratio.what}, hovering over survey",
-            *(fixed(value, 3) for value in (ratio.paper, ratio.by_paper, ratio.by_ours, ratio.truth)),
+            *(cells.fixed(value, 3) for value in (ratio.paper, ratio.by_paper, ratio.by_ours, ratio.truth)),
         )
         for ratio in ratios
     )
@@ -250,15 +253,15 @@ def configuration_section(done: Reproduction) -> Section:
     measured = (
         (
             f"sum of |thrust| at {speed:g} m/s",
-            f"{fixed(before.thrust_n, 2)} N",
-            f"{fixed(after.thrust_n, 2)} N",
-            fixed(thrust, 3),
+            cells.fixed(before.thrust_n, 2, "N"),
+            cells.fixed(after.thrust_n, 2, "N"),
+            cells.fixed(thrust, 3),
         ),
         (
             f"sum of |thrust|^1.5 at {speed:g} m/s",
-            significant(before.ideal_power),
-            significant(after.ideal_power),
-            fixed(ideal, 3),
+            cells.significant(before.ideal_power),
+            cells.significant(after.ideal_power),
+            cells.fixed(ideal, 3),
         ),
     )
     return Section(

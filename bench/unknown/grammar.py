@@ -15,7 +15,7 @@ from typing import Literal, TypeVar
 import numpy as np
 
 from bridge.arrays import Array
-from identify.challenge.site import (
+from identify.challenge.scenario import (
     ACCELERATION,
     ATTITUDE,
     DELAY,

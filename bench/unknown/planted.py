@@ -14,9 +14,9 @@ from bench.unknown.grammar import Sentence, drawn, force_of
 from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.case import Case, draw_case
-from identify.challenge.nearest import EACH_S, course_of, missing_wrench, nominal_columns
+from identify.challenge.nearest_parameters import EACH_S, course_of, missing_wrench, nominal_columns
+from identify.challenge.scenario import DEPTH, Planted, Scenario, signal_of
 from identify.challenge.simulate import Simulated
-from identify.challenge.site import DEPTH, Planted, Site, signal_of
 from identify.diagnose.causes.candidates import settings_of
 from identify.diagnose.diagnose import FIVE_S
 from identify.diagnose.filters.regression import LEVELLED
@@ -108,18 +108,18 @@ def _sized(still: _Still, sentence: Sentence, wanted: float) -> tuple[Case, floa
     size = 0.3 * still.case.vehicle.share
     for _ in range(ROUNDS):
         case = replace(still.case, planted=(planted(sentence, size, middle, scale),))
-        site, simulated = case.simulated(0)
+        scenario, simulated = case.simulated(0)
         if not np.isfinite(simulated.ticks.state).all():
             return None
-        whole, left = left_of(site, simulated)
+        whole, left = left_of(scenario, simulated)
         assert simulated.dive.pwm is not None
         multiple = still.multiple(left, simulated.dive.pwm.time_s, sentence.dofs)
         if not np.isfinite(multiple) or multiple <= 0:
             return None
         if abs(multiple / wanted - 1.0) < NEAR:
-            std = site.vehicle.disturbance
+            std = scenario.vehicle.disturbance
             kept = np.sum((left / std) ** 2) / np.sum((whole / std) ** 2)
-            known = float(kept) < LEAST_LEFT or likeness(site, simulated, sentence.period_s) > MOST_LIKE
+            known = float(kept) < LEAST_LEFT or likeness(scenario, simulated, sentence.period_s) > MOST_LIKE
             return None if known else (case, multiple)
         size *= float(np.clip(wanted / multiple, 0.1, 10.0))
     return None
@@ -128,9 +128,9 @@ def _sized(still: _Still, sentence: Sentence, wanted: float) -> tuple[Case, floa
 def planted(sentence: Sentence, size: float, middle: Array, scale: Array) -> Planted:
     """The force at a size, in a dive of any length."""
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        force = force_of(sentence, site.time_s, middle, scale)
-        site.drawn = force._replace(size=size * force.size)
+    def apply(scenario: Scenario, _: np.random.Generator) -> None:
+        force = force_of(sentence, scenario.time_s, middle, scale)
+        scenario.drawn = force._replace(size=size * force.size)
 
     return Planted("drawn_force", {}, apply, size, novel=True)
 
@@ -160,22 +160,22 @@ def model_columns(nu: Array, nu_dot: Array) -> Array:
     return np.concatenate([nominal_columns(nu, nu_dot), trims], axis=2)
 
 
-def left_of(site: Site, simulated: Simulated) -> tuple[Array, Array]:
+def left_of(scenario: Scenario, simulated: Simulated) -> tuple[Array, Array]:
     """The planted wrench in a dive, and the part that a refit of the nominal model leaves, (n, 6) each at the ticks."""
-    missing, std = missing_wrench(site, simulated), site.vehicle.disturbance
+    missing, std = missing_wrench(scenario, simulated), scenario.vehicle.disturbance
     columns = model_columns(simulated.ticks.state[:, 7:13], simulated.ticks.nu_dot)
     table = (columns / std[None, :, None]).reshape(-1, columns.shape[2])
     theta = np.linalg.lstsq(table, (missing / std).reshape(-1), rcond=None)[0]
     return missing, missing - columns @ theta
 
 
-def likeness(site: Site, simulated: Simulated, period_s: float) -> float:
+def likeness(scenario: Scenario, simulated: Simulated, period_s: float) -> float:
     """Largest share of the power of a refit's remainder that one known effect explains.
 
     Each degree of freedom is scaled by its disturbance. An error of a reading counts as the force that the model
     would see in it. A force with a period is also compared with waves and currents of that period.
     """
-    course, std = course_of(site, simulated), site.vehicle.disturbance
+    course, std = course_of(scenario, simulated), scenario.vehicle.disturbance
     every = max(round(EACH_S / course.step_s), 1)
     effects: tuple[Effect, ...] = library(course.configuration, course.lag_s)
     effects = tuple(setting for setting in effects if setting.parameters and not setting.refit_absorbs)
@@ -187,7 +187,7 @@ def likeness(site: Site, simulated: Simulated, period_s: float) -> float:
     nominal = model_columns(course.nu[::every], course.nu_dot[::every]) / std[None, :, None]
     base = np.linalg.svd(nominal.reshape(-1, nominal.shape[2]), full_matrices=False)[0]
     assert simulated.dive.pwm is not None
-    at_s, missing = simulated.dive.pwm.time_s, missing_wrench(site, simulated) / std
+    at_s, missing = simulated.dive.pwm.time_s, missing_wrench(scenario, simulated) / std
     whole = np.column_stack([np.interp(course.time_s[::every], at_s, column) for column in missing.T])
     value = whole.reshape(-1) - base @ (base.T @ whole.reshape(-1))
     table -= base @ (base.T @ table)

@@ -11,7 +11,7 @@ from bench.unknown.planted import unknown_of
 from bridge.errors import SeatrialError
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import Case, draw_case
-from identify.challenge.plants import ABSORBED, PLANTS
+from identify.challenge.planted_effects import ABSORBED, PLANTS
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import plain
 

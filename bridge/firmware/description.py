@@ -55,10 +55,10 @@ class Firmware:
     """The facts of a firmware; names are its own parameters'.
 
     How it is known: `name`, the `family` of programs that its parameters and logs are of, `autopilot` and `kind`, the
-    MAV_AUTOPILOT and MAV_TYPE of its HEARTBEAT; `way`: a sentence on what to start where it has no FF_MODE.
+    MAV_AUTOPILOT and MAV_TYPE of its HEARTBEAT; `way`: advice for a firmware without FF_MODE.
 
     Asked of it for a dive: the rate of each message by id, in `rates_hz`; `stream` with `stream_hz`, the
-    MAV_DATA_STREAM that brings what has no rate of its own, None without one; `least_hz`, a rate at which any ground
+    MAV_DATA_STREAM of messages without a rate of their own, if any; `least_hz`, a rate at which any ground
     station has its messages. `never_asked` are ids that it does not survive.
 
     How its recordings are read: `corners`, by signal (gyro, specific_force) the parameter with the corner frequency of

@@ -1,4 +1,4 @@
-"""The firmwares that are supported: a new one is a file beside this, and its line here."""
+"""The supported firmwares. To add a firmware: a file in this folder, and a line here."""
 
 from typing import Final
 

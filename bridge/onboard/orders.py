@@ -71,7 +71,7 @@ def acknowledge(message: Any, result: int, of: int = 0) -> list[Any]:
 def refuse_file_transfer(message: Any) -> list[Any]:
     """Refuse a file transfer at once.
 
-    A ground station that asks for parameters as a file then requests them one by one.
+    A ground station that asks for parameters as a file then requests them singly.
     """
     answer = refused(decode(bytes(message.payload)), Fault.UNKNOWN).encode()
     sender = message.get_srcSystem(), message.get_srcComponent()

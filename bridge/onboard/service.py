@@ -19,6 +19,7 @@ from bridge.links.link import Link
 from bridge.onboard import telemetry
 from bridge.onboard.device_faults import SensorWatch
 from bridge.onboard.flights import HEARD, Flights
+from bridge.onboard.link_set import Sides
 from bridge.onboard.orders import (
     Ground,
     MotorTests,
@@ -30,7 +31,6 @@ from bridge.onboard.orders import (
     refuse_file_transfer,
 )
 from bridge.onboard.parameters import ParameterServer
-from bridge.onboard.sides import Sides
 from bridge.onboard.telemetry import FogMean, ImuMean, ThrustFeedback
 from bridge.sensors.drivers import make_parser
 from bridge.sensors.mounting import to_body

@@ -1,6 +1,6 @@
 """Dive folders.
 
 `folder` names, `dive.yaml`, the folders of a place, in the order of their start · `recordings` in a folder, when they
-begin and how long they are · `conditions` water, tether, ballast · `replay` a recording in its own timing · `recorded`
-the folders of a recording that goes on from dive to dive.
+begin and how long they are · `conditions` water, tether, ballast · `replay` a recording in its own timing ·
+`split_recording` the folders of a recording that goes on from dive to dive.
 """

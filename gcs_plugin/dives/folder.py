@@ -16,7 +16,7 @@ from bridge.clock import utc_text
 from bridge.errors import ConfigError, LogError
 from bridge.files import write_whole
 from bridge.vehicle.config import CONFIGS, VehicleFile
-from bridge.wire.whole import WHOLE, standing_for
+from bridge.wire.whole_recording import WHOLE, standing_for
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dives.recordings import number, order, recordings
 from gcs_plugin.locks import LockedTlogWriter, folder_lock

@@ -19,7 +19,7 @@ from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.wire.framing import MAGIC_1, MAGIC_2
 from bridge.wire.tlog import LATEST_US, STAMP, SUFFIXES, next_record
-from bridge.wire.whole import standing_for
+from bridge.wire.whole_recording import standing_for
 
 MINUTE_S: Final = 60.0
 GLANCE: Final = ".glance.json"

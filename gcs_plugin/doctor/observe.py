@@ -15,11 +15,11 @@ from gcs_plugin.watch.channels import heard
 
 POLL_S: Final = 0.05
 ASK_TIME_EVERY_S: Final = 0.5
-BESIDE: Final = {
+FROM_AUTOPILOT: Final = {
     dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW: "pwm",
     dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA: "dvl",
 }
-"""Signals of the contract that come otherwise beside an autopilot."""
+"""Signals of the contract that an autopilot sends in messages of its own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +60,7 @@ class Observed:
     def take(self, frame: Frame, now_s: float) -> None:
         self.frames += 1
         reading = decode_reading(frame)
-        if reading is None and frame.known and (wanted := BESIDE.get(frame.message_id)) is not None:
+        if reading is None and frame.known and (wanted := FROM_AUTOPILOT.get(frame.message_id)) is not None:
             values = next((value for signal, _, value in heard(frame, None) if signal == wanted), None)
             reading = None if values is None else Reading(wanted, now_s, values)
         if reading is not None and frame.system != GROUND_STATION[0]:

@@ -131,8 +131,7 @@ class _Servos:
             self._ahead_s.append(time_s - self._sensor[1])
 
     def rows(self) -> Rows:
-        """Times and pulse widths on the clock of the sensor readings; messages that arrive together count as one
-        time."""
+        """Times and pulse widths on the clock of the sensor readings; messages that arrive together share a time."""
         ahead_s = median(self._ahead_s) if self._ahead_s else 0.0
         return [(time_s - ahead_s, values) for time_s, values in self._rows]
 

@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError, NotOfThisDive
 from bridge.wire.framing import Frame, decode
-from bridge.wire.whole import WHOLE, lacked
+from bridge.wire.whole_recording import WHOLE, lacked
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import Whole, made_whole, write_records
 from gcs_plugin.fetch.requests import Listing

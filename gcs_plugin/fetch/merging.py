@@ -1,7 +1,7 @@
 """Merge the ground's recording of a dive with the vehicle's own: every frame once, the vehicle's frames in its order.
 
 A frame that both recordings have is the same bytes (same system, component, sequence and content) at about the same
-time. The vehicle's frames are dated on the ground's clock, see `one_clock`.
+time. The vehicle's frames are dated on the ground's clock, see `clock_alignment`.
 """
 
 import heapq
@@ -24,9 +24,9 @@ from bridge.wire.clock_line import ClockLine
 from bridge.wire.framing import Frame, message_id_at
 from bridge.wire.segments import segment_named
 from bridge.wire.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
-from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
+from gcs_plugin.fetch.clock_alignment import STEP_US, Anchor, Kept, put_on
+from gcs_plugin.fetch.merge_order import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before
-from gcs_plugin.fetch.one_clock import STEP_US, Anchor, Kept, put_on
 
 EARLIEST_US: Final = -1_000_000
 LATEST_US: Final = 30_000_000

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
-"""`seatrial record`: MAVProxy's own recording, and that of another process whose hub MAVProxy is connected to.
+"""`seatrial record`: recording by MAVProxy itself, or by another process whose hub MAVProxy listens to.
 
 The recording holds all traffic on MAVProxy's links, in both directions, in a dive folder.
 """
@@ -19,7 +19,7 @@ from bridge.links.link import memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
-from gcs_plugin.dives.recorded import RecordedDive, RecordedDives
+from gcs_plugin.dives.split_recording import RecordedDive, RecordedDives
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held

@@ -89,7 +89,7 @@ class RoundTrips:
         self._sends[name] = self._sends.get(name, 0) + 1
 
     def on_quiet(self, name: str) -> None:
-        """No request for `name` is outstanding; unless one was answered soon, start counting anew."""
+        """No request for `name` is outstanding; start counting anew, unless an answer came soon."""
         if name not in self._answered:
             self._first_s.pop(name, None)
             self._sends.pop(name, None)

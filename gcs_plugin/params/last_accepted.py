@@ -170,8 +170,8 @@ def newest_before(receipts: Path, system: int) -> Path:
 def written_since(receipts: Path, system: int, preimage: Path) -> frozenset[str] | None:
     """Names of what a roll back to `preimage` takes back: written by its upload, or by a later one that stands.
 
-    A later upload with an unknown end counts too. None if no receipt tells, neither in the folder `receipts` nor beside
-    the file.
+    A later upload with an unknown end counts too. None if no receipt says so, neither in `receipts` nor in the folder
+    of the file.
     """
     begun, standing = kept_in(receipts, system), _standing(receipts, system)
     time = preimage.name.removesuffix(BEFORE)

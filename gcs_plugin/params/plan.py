@@ -187,14 +187,14 @@ def acting(name: str, value: float) -> float:
 
 
 def acting_text(name: str, value: float | None) -> str:
-    """Text of the value by which a vehicle acts, `-` without one."""
+    """Text of the value that a vehicle acts by; `-` for no value."""
     if value is None:
         return "-"
     return NOT_SET if is_unset(name, value) else value_text(acting(name, value))
 
 
 def is_unset(name: str, value: float) -> bool:
-    """Whether a parameter is one of the hull that 0 leaves without a value: no mass, no damping is that of nothing."""
+    """Whether 0 means that a parameter of the hull has no value: no hull has zero mass or damping."""
     return value == 0.0 and isinstance(coefficient_of(name), Coefficient)
 
 

@@ -11,7 +11,7 @@ from typing import Final
 
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS, Coefficient, gain_name
 from bridge.vehicle.feedforward import AXES
-from bridge.vehicle.foretold import TWICE, Credit
+from bridge.vehicle.forecast import TWICE, Credit
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
 from gcs_plugin.params.last_accepted import AcceptedValue

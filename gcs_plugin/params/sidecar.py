@@ -9,7 +9,7 @@ from bridge.errors import ConfigError, ParamRejected
 from bridge.files import read_small
 from bridge.plain import from_json, to_json
 from bridge.vehicle.coefficients import AcceptedEffect
-from bridge.vehicle.foretold import Credit, Foretold
+from bridge.vehicle.forecast import Credit, ForecastRow
 from gcs_plugin.params.files import replace_text
 
 FORMAT: Final = 1
@@ -61,7 +61,7 @@ class Sidecar:
     dive_opening: str = ""
     effects: tuple[AcceptedEffect, ...] = ()
     doubted: dict[str, str] = field(default_factory=dict)
-    foretold: tuple[Foretold, ...] = ()
+    foretold: tuple[ForecastRow, ...] = ()
     credits: tuple[Credit, ...] = ()
 
 

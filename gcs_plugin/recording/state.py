@@ -132,7 +132,7 @@ def how_to_end(process: int) -> str:
 
 
 def was_killed(pid: int) -> bool:
-    """Whether a recording was killed or crashed: one that ends in order removes its state."""
+    """Whether a recording was killed or crashed: a recording that ends in order removes its state."""
     states = (_read_state(file) for file in (state_file(), _file_of_second(pid)))
     return any(state is not None and state.pid == pid for state in states) and not _lives(pid)
 

@@ -2,6 +2,6 @@
 
 `channels` messages as signals, ArduSub's included, and STATUSTEXT · `sensors` the table of sensors, judged ·
 `quantities` values, traces of the last minute, thrusters · `link_rows` senders and their losses · `picture` the types,
-and how old a value may be · `alarms` limits, and which of them are passed, `alarm_trace` the words left of
-them · `watcher` combines all.
+and how old a value may be · `alarms` limits, which of them are passed, and the words left of alarms ·
+`watcher` combines all.
 """

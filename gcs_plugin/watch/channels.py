@@ -96,7 +96,7 @@ def _position_delta(wire: Wire) -> tuple[Heard, ...]:
     return Heard("dvl", 1, (*velocity, NAN)), Heard("velocity", 1, velocity)
 
 
-_BESIDE: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {
+_FROM_AUTOPILOT: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {
     message.id: (message, take)
     for message, take in (
         (dialect.MAVLink_attitude_message, _attitude),
@@ -114,7 +114,7 @@ _BESIDE: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {
         (dialect.MAVLink_vision_position_delta_message, _position_delta),
     )
 }
-TELLING: Final = OF_THE_CONTRACT | _BESIDE.keys()
+TELLING: Final = OF_THE_CONTRACT | _FROM_AUTOPILOT.keys()
 FROM_ANYONE: Final = frozenset((dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA,))
 """Messages that a driver may send under a ground station's name."""
 
@@ -124,7 +124,7 @@ def heard(frame: Frame, reading: Reading | None) -> tuple[Heard, ...]:
     it is of the contract."""
     if reading is not None:
         return _of_reading(reading.signal, reading.values)
-    entry = _BESIDE.get(frame.message_id)
+    entry = _FROM_AUTOPILOT.get(frame.message_id)
     if entry is None:
         return ()
     message, decoder = entry

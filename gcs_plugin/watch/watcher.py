@@ -22,8 +22,7 @@ from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.peers import COMPANIONS, GONE_S, Heartbeat, Peer, Peers, Source
-from gcs_plugin.watch.alarm_trace import AlarmTrace
-from gcs_plugin.watch.alarms import SHIPPED, Alarms, Settings
+from gcs_plugin.watch.alarms import SHIPPED, Alarms, AlarmTrace, Settings
 from gcs_plugin.watch.channels import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
 from gcs_plugin.watch.link_rows import LinkRows
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said

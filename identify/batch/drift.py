@@ -147,7 +147,7 @@ def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
     voltage = _voltage(dated)
     story = _story(mass, damping, over, [trends[name] for name in real])
     if story is Story.TOO_FEW:
-        sentence = f"{story.value}. {_what_there_is(rows, dated, masses, dampings)}"
+        sentence = f"{story.value}. {_dives_counted(rows, dated, masses, dampings)}"
     else:
         sentence = _sentence(story, mass, damping, over, voltage) + _left_out(rows, despite_doubts)
     return Drift(story, sentence, trends, real, mass, damping, over, voltage, despite_doubts)
@@ -227,7 +227,7 @@ def _sentence(
     return words
 
 
-def _what_there_is(rows: Sequence[Row], dated: Sequence[Row], masses: Series, dampings: Series) -> str:
+def _dives_counted(rows: Sequence[Row], dated: Sequence[Row], masses: Series, dampings: Series) -> str:
     """For a configuration with too few dives for a trend: how many are dated, converged, give a mass or a damping."""
     dates, sound = sum(row.unix_s is not None for row in rows), sum(row.outcome in SOUND for row in rows)
     counts = (
@@ -318,8 +318,8 @@ def chance_words(chance: float) -> str:
 def effect_drifts(dives: Sequence[Causes]) -> tuple[EffectDrift, ...]:
     """The trend of each parameter of each effect that a dated dive names as a cause, surest first.
 
-    `dives`: of one configuration. A dive counts with the size that it found, named or not; one that tells no size of
-    an effect is left out of its trend. None for fewer dives than a trend takes.
+    `dives`: of one configuration. A dive counts with the size that it found, named or not; a dive that shows no size
+    of an effect is left out of its trend. None for fewer dives than a trend takes.
     """
     dated = [(dive.unix_s, dive) for dive in dives if dive.unix_s is not None]
     looked_at = dict.fromkeys(

@@ -54,10 +54,9 @@ ANSWERING = (
     "configs/thrusters/*.csv",
     "identify/*.py",
     "identify/batch/causes.py",
-    "identify/batch/diagnose.py",
     "identify/batch/jobs.py",
     "identify/batch/work.py",
-    "identify/checks/*.py",
+    "identify/checks/**/*.py",
     "identify/diagnose/**/*.py",
     "identify/effects/*.py",
     "identify/estimators/**/*.py",
@@ -89,7 +88,7 @@ def code_stamp(place: Path) -> str:
     return digest.hexdigest()[:10]
 
 
-IDENTIFY, DIAGNOSE = "identify.batch.work:identify", "identify.batch.diagnose:diagnose"
+IDENTIFY, DIAGNOSE = "identify.batch.work:identify", "identify.batch.work:diagnose"
 """The kinds of job. A new kind needs another function, `Job -> plain data for JSON`, named the same way."""
 
 DEFECTS = (

@@ -14,10 +14,20 @@ from identify.batch.causes import EffectSize
 from identify.batch.drift import Drift, EffectDrift, Story, chance_words
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend
+from identify.report import cells
+from identify.report.cells import Cell, Form, Number, Quantity
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import DIAMOND, DISC, SQUARE, STYLES, Panel, entitle, side_by_side
 from identify.report.tables import meaning
-from identify.words import MISSING, decimals_for, fixed, significant, unit, unit_after, utc, with_interval
+from identify.words import (
+    MISSING,
+    decimals_for,
+    decimals_of,
+    fixed,
+    unit,
+    unit_after,
+    utc,
+)
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -185,8 +195,8 @@ def _trend_table(rows: Sequence[Row], drift: Drift) -> Table:
         trend = drift.trends.get(name)
         count = sum(drift.takes(row, name) for row in rows)
         lines.append((
-            BY_NAME[name].symbol, str(count), unit(BY_NAME[name].unit), *_trend_cells(trend, name in drift.real),
-            meaning(name),
+            BY_NAME[name].symbol, cells.count(count), unit(BY_NAME[name].unit),
+            *_trend_cells(trend, name in drift.real), meaning(name),
         ))  # fmt: skip
     columns = (
         "Parameter", "Dives", "Unit", "Mean", "Change, first to last", "95 % interval", "Scatter", "Trend", "Meaning",
@@ -198,17 +208,19 @@ def _trend_table(rows: Sequence[Row], drift: Drift) -> Table:
     )
 
 
-def _trend_cells(trend: Trend | None, is_real: bool) -> tuple[str, str, str, str, str]:
+def _trend_cells(trend: Trend | None, is_real: bool) -> tuple[Cell, Cell, Cell, Cell, str]:
     if trend is None:
         return MISSING, MISSING, MISSING, MISSING, "can't be told"
     half = (trend.high95 - trend.low95) / 2
-    per_cent = [fixed(trend.percent(v), 1) for v in (trend.change, trend.low95, trend.high95)]
+    change, low, high = (
+        cells.fixed(trend.percent(v), 1, "%") for v in (trend.change, trend.low95, trend.high95)
+    )
     word = ("up" if trend.change > 0 else "down") if is_real else "none shown"
     return (
-        fixed(trend.mean, decimals_for(half)),
-        f"{per_cent[0]} %",
-        f"{per_cent[1]} to {per_cent[2]} %",
-        f"{fixed(trend.percent(trend.scatter), 1)} %",
+        cells.fixed(trend.mean, decimals_for(half)),
+        change,
+        cells.joined(Form.RANGE, low, high),
+        cells.fixed(trend.percent(trend.scatter), 1, "%"),
         word,
     )
 
@@ -218,7 +230,7 @@ def _dive_table(rows: Sequence[Row], drift: Drift, kind: Kind, caption: str) -> 
     lines = [
         (
             utc(row.unix_s),
-            *(_cell(row.values.get(name)) + doubt_mark(row, name, drift) for name in names),
+            *(_cell(row.values.get(name), doubt_mark(row, name, drift)) for name in names),
             row.outcome if drift.counts(row) else f"{row.outcome}: in no trend",
             row.dive,
         )
@@ -253,14 +265,15 @@ def _doubts(rows: Sequence[Row]) -> Table:
     )
 
 
-def _cell(value: Value | None) -> str:
+def _cell(value: Value | None, mark: str) -> Cell:
     if value is None:
         return MISSING
     half = (value.high95 - value.low95) / 2
+    decimals = decimals_for(half) if half > 0 else decimals_of(value.value, 4)
+    numbers = [Number(each, decimals) for each in (value.value, half)]
     if half <= 0:
-        return significant(value.value, 4)
-    decimals = decimals_for(half)
-    return f"{fixed(value.value, decimals)} ± {fixed(half, decimals)}"
+        return Quantity((numbers[0],), mark=mark)
+    return Quantity(tuple(numbers), form=Form.SPREAD, mark=mark)
 
 
 def _figure(rows: Sequence[Row], drift: Drift) -> Figure | None:
@@ -345,11 +358,11 @@ def _table_of_causes(rows: Sequence[Row]) -> Table:
 def _table_of_drifts(drifts: Sequence[EffectDrift]) -> Table:
     lines = []
     for drift in drifts:
-        slope, interval = with_interval(drift.slope, drift.low95, drift.high95)
+        slope, interval = cells.with_interval(drift.slope, drift.low95, drift.high95, f"per {drift.per}")
         word = ("up" if drift.slope > 0 else "down") if drift.is_real else "none shown"
         lines.append((
-            drift.words, f"{drift.parameter}{unit_after(drift.unit)}", str(drift.trend.count), str(drift.named),
-            f"{slope} per {drift.per}", interval, chance_words(drift.chance), word,
+            drift.words, f"{drift.parameter}{unit_after(drift.unit)}", cells.count(drift.trend.count),
+            cells.count(drift.named), slope, interval, chance_words(drift.chance), word,
         ))  # fmt: skip
     columns = ("Effect", "Parameter", "Dives", "Named in", "Slope", "95 % interval", "By chance", "Drift")
     return Table(columns, tuple(lines), "How the sizes of effects drift.")

@@ -1,17 +1,25 @@
-"""The job that identifies a dive of a batch, and how a job reads its recording."""
+"""The jobs that identify and diagnose a dive of a batch, and how they read its recording."""
 
+import math
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from bridge.errors import LogError
+from bridge.errors import FitError, LogError
 from bridge.vehicle.config import VehicleFile
+from identify.batch.causes import Causes, EffectSize, Size
 from identify.batch.jobs import Job
+from identify.diagnose.result import Value
+from identify.diagnose.shrink.shrunk import LIKELY
+from identify.diagnose.words.causes import candidate_words
+from identify.diagnose.words.diagnosis import verdict_sentence
 from identify.dive import Dive
 from identify.estimators.table import estimator
 from identify.ingest.open import date_of, read_dive
-from identify.run import identify as run
+from identify.run import diagnose as run_diagnose
+from identify.run import identify as run_identify
+from identify.words import listed
 
 
 def identify(job: Job) -> dict[str, Any]:
@@ -21,7 +29,7 @@ def identify(job: Job) -> dict[str, Any]:
     """
     dive, file, configuration = read_job(job)
     methods = {job.method.rpartition(".")[2]: estimator(job.method)}
-    answer = run.identify(dive, file, configuration, methods).answer
+    answer = run_identify.identify(dive, file, configuration, methods).answer
     unix_s, dated_by = date_of(dive)
     return {
         "identification": answer.to_json(),
@@ -30,6 +38,48 @@ def identify(job: Job) -> dict[str, Any]:
         "voltage_v": _mean_voltage_v(dive),
         "carried_kg": job.carried_kg,
     }
+
+
+def diagnose(job: Job) -> dict[str, Any]:
+    """Diagnose this dive alone, without the priors of the vehicle file, and against the accepted model.
+
+    Raises LogError, ConfigError or FitError if the dive can't be diagnosed.
+    """
+    dive, file, configuration = read_job(job)
+    accepted = job.against.accepted
+    if accepted is not None and configuration not in accepted:
+        raise FitError(
+            f"was dived in configuration '{configuration}', and what was accepted is of {listed(sorted(accepted))}; "
+            "accept an identification of that one",
+            of=job.recording.path,
+        )
+    before = run_diagnose.Before() if accepted is None else accepted[configuration]
+    diagnosis = run_diagnose.diagnose(
+        dive, file, configuration, before=before, without=job.against.without
+    ).diagnosis
+    causes = tuple(
+        EffectSize(
+            finding.cause.effect.label,
+            candidate_words(finding.cause.effect),
+            {name: _size(value) for name, value in finding.parameters.items() if name != "thruster"},
+            finding.probability,
+            finding.probability >= LIKELY,
+            finding.also,
+        )
+        for finding in diagnosis.findings
+    )
+    absent = tuple(
+        EffectSize(
+            tried.label,
+            candidate_words(tried.effect),
+            {name: _size(value) for name, value in tried.sizes.items()},
+        )
+        for tried in diagnosis.tried
+        if tried.sizes and tried.effect.lasting
+    )
+    unix_s, _ = date_of(dive)
+    words = verdict_sentence(diagnosis)
+    return Causes(configuration, diagnosis.verdict, words, causes, absent, unix_s).to_json()
 
 
 def read_job(job: Job) -> tuple[Dive, VehicleFile, str]:
@@ -54,3 +104,8 @@ def _mean_voltage_v(dive: Dive) -> float | None:
     if dive.voltage is None or not np.isfinite(dive.voltage.value).any():
         return None
     return float(np.nanmean(dive.voltage.value))
+
+
+def _size(value: Value) -> Size:
+    low, high = (end if math.isfinite(end) else None for end in (value.low95, value.high95))
+    return Size(value.value, value.unit, low, high)

@@ -11,12 +11,12 @@ from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.mission import DEPTH, LONGEST_S, SHORTEST_S, draw_mission, sampled
-from identify.challenge.nearest import nearest, sizes
-from identify.challenge.plants import ABSORBED, BY_NAME_ALONE, PLANTS
-from identify.challenge.plants_novel import NOVEL
+from identify.challenge.nearest_parameters import nearest, sizes
+from identify.challenge.novel_effects import NOVEL
+from identify.challenge.planted_effects import ABSORBED, BY_NAME_ALONE, PLANTS
+from identify.challenge.scenario import Planted, Scenario, scenario_of
 from identify.challenge.score import alike
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
-from identify.challenge.site import Planted, Site, site_of
 from identify.challenge.vehicles import STEP_S, DrawnVehicle, draw_clock, draw_noise, draw_vehicle
 from identify.dive import Dive
 
@@ -27,7 +27,7 @@ SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15
 SPOILT_SHARE = 0.5
 """A degree of freedom counts as a right answer if its size is at least this share of the largest."""
 
-UNSEEN_BESIDE = frozenset([*ABSORBED, *BY_NAME_ALONE, "wrong_feedback_log"])
+UNSEEN_IN_PAIRS = frozenset([*ABSORBED, *BY_NAME_ALONE, "wrong_feedback_log"])
 """Effects that are not planted in pairs, because nobody could tell that they are there. Nor are two that are alike."""
 
 
@@ -56,11 +56,11 @@ class Case:
         return str(self.vehicle.file.configuration)
 
     @cached_property
-    def _dives(self) -> dict[int, tuple[Site, Simulated]]:
+    def _dives(self) -> dict[int, tuple[Scenario, Simulated]]:
         return {}
 
-    def simulated(self, which: int) -> tuple[Site, Simulated]:
-        """The site and the simulated dive: 0 is the dive to diagnose, 1 the check dive."""
+    def simulated(self, which: int) -> tuple[Scenario, Simulated]:
+        """The scenario and the simulated dive: 0 is the dive to diagnose, 1 the check dive."""
         if which not in self._dives:
             self._dives[which] = _simulated(self, which)
         return self._dives[which]
@@ -75,8 +75,8 @@ class Case:
         together and, if there are two, for each in a dive of its own. `dof` lists the degrees of freedom with at
         least half of the largest size, or whose reading an effect spoils.
         """
-        site, simulated = self.simulated(0)
-        by_dof = sizes(site, self.setup.noise, simulated)
+        scenario, simulated = self.simulated(0)
+        by_dof = sizes(scenario, self.setup.noise, simulated)
         largest = float(by_dof.max())
         spoilt = {dof for planted in self.planted for dof in planted.spoils}
         affected = [name for i, name in enumerate(DOFS) if by_dof[i] >= SPOILT_SHARE * largest or i in spoilt]
@@ -96,7 +96,9 @@ class Case:
                     "size": largest if len(self.planted) == 1 else self._size_alone(p),
                     "parameters": parameters,
                 }
-                for p, parameters in zip(self.planted, nearest(self.planted, site, simulated), strict=True)
+                for p, parameters in zip(
+                    self.planted, nearest(self.planted, scenario, simulated), strict=True
+                )
             ],
             "size": largest if self.planted else 0.0,
             "size_by_dof": dict(zip(DOFS, by_dof.tolist(), strict=True)),
@@ -107,8 +109,8 @@ class Case:
 
     def _size_alone(self, planted: Planted) -> float:
         """Size of an effect when no other is hidden."""
-        site, simulated = _simulated(replace(self, planted=(planted,)), 0)
-        return float(sizes(site, self.setup.noise, simulated).max())
+        scenario, simulated = _simulated(replace(self, planted=(planted,)), 0)
+        return float(sizes(scenario, self.setup.noise, simulated).max())
 
 
 def dive_of(case: Case) -> Dive:
@@ -124,10 +126,10 @@ def check_of(case: Case) -> Dive:
 def left_out(name: str) -> tuple[str, ...]:
     """Names that a library must lack for this effect to be unknown to it: its own, and those of its true class.
 
-    Raises LogError if PLANTS lacks the effect, or if nobody could tell that it is there (UNSEEN_BESIDE).
+    Raises LogError if PLANTS lacks the effect, or if nobody could tell that it is there (UNSEEN_IN_PAIRS).
     """
-    if name not in PLANTS or name in UNSEEN_BESIDE:
-        able = ", ".join(sorted(set(PLANTS) - UNSEEN_BESIDE))
+    if name not in PLANTS or name in UNSEEN_IN_PAIRS:
+        able = ", ".join(sorted(set(PLANTS) - UNSEEN_IN_PAIRS))
         raise LogError(f"'{name}' is no effect that can be planted as unknown; name one of {able}")
     return tuple(sorted(alike(name, rpm=False)))
 
@@ -180,7 +182,7 @@ def _names(rng: np.random.Generator, kind: str, without: Sequence[str]) -> tuple
     if kind == "one":
         kept = {*BY_NAME_ALONE, *without}
         return (str(rng.choice([name for name in PLANTS if name not in kept])),)
-    able = [name for name in PLANTS if name not in UNSEEN_BESIDE and name not in without]
+    able = [name for name in PLANTS if name not in UNSEEN_IN_PAIRS and name not in without]
     while True:
         pair = tuple(str(name) for name in rng.choice(able, 2, replace=False))
         if pair[1] not in alike(pair[0], rpm=False):
@@ -193,7 +195,7 @@ def _kind(planted: Sequence[Planted]) -> Kind:
     return "none" if not planted else "one" if len(planted) == 1 else "two"
 
 
-def _simulated(case: Case, which: int) -> tuple[Site, Simulated]:
+def _simulated(case: Case, which: int) -> tuple[Scenario, Simulated]:
     rng = np.random.default_rng([case.seed, 22, which])
     tick_s = STEP_S * case.setup.clock.tick
     time_s = tick_s * np.arange(int(case.seconds[which] / tick_s), dtype=np.float64)
@@ -204,9 +206,9 @@ def _simulated(case: Case, which: int) -> tuple[Site, Simulated]:
     reference = sampled(legs, time_s, depth_m, rng.uniform(-np.pi, np.pi))
     deepest = float(reference[:, DEPTH].max())
     floor_m = deepest + (rng.uniform(0.15, 0.4) if low else rng.uniform(2.0, 6.0))
-    site = site_of(case.vehicle, len(time_s), case.setup.clock.tick, depth_m, floor_m)
-    site.sag, site.ripple = rng.uniform(0.005, 0.1), rng.uniform(0.0, 0.2)
+    scenario = scenario_of(case.vehicle, len(time_s), case.setup.clock.tick, depth_m, floor_m)
+    scenario.sag, scenario.ripple = rng.uniform(0.005, 0.1), rng.uniform(0.0, 0.2)
     for planted in case.planted:
-        planted.apply(site, rng)
+        planted.apply(scenario, rng)
     name = case.name if which == 0 else f"{case.name}-check"
-    return site, simulate(name, site, case.setup, reference, rng)
+    return scenario, simulate(name, scenario, case.setup, reference, rng)

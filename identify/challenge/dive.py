@@ -10,7 +10,7 @@ from numba import njit
 
 from bridge.arrays import Array
 from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
-from identify.challenge.site import DrawnForce, remembered, shape_of
+from identify.challenge.scenario import DrawnForce, remembered, shape_of
 from identify.challenge.vehicles import STEP_S, Clock, Faults, Readings
 from identify.challenge.world import STATES, WORK, Body, assign, rates
 

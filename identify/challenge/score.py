@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
-from identify.challenge.plants import ABSORBED
+from identify.challenge.planted_effects import ABSORBED
 from identify.challenge.vehicles import LAG_S
 from identify.statistics import wilson
 
@@ -134,7 +134,7 @@ class Judged:
         """Smallest size over the floor of the hidden effects, each taken alone; NaN if the sealed truth lacks sizes."""
         return min(float(effect.get("size", math.nan)) for effect in self.truth["effects"])
 
-    def told_of(self, effect: Mapping[str, Any]) -> Named | None:
+    def named_for(self, effect: Mapping[str, Any]) -> Named | None:
         """The named cause that has the hidden effect's own name.
 
         If only one effect is hidden, only the cause named first counts.
@@ -238,7 +238,7 @@ def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
     inside: list[bool] = []
     for case in cases:
         for effect in case.truth["effects"]:
-            named = case.told_of(effect)
+            named = case.named_for(effect)
             if named is None:
                 continue
             for name, error in errors(effect["parameters"], named).items():

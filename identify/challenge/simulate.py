@@ -1,4 +1,4 @@
-"""Simulates a dive from a site, a mission and sensors: its readings as a `Dive`, and the truth."""
+"""Simulates a dive from a scenario, a mission and sensors: its readings as a `Dive`, and the truth."""
 
 import hashlib
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from identify.challenge import dive as kernel
 from identify.challenge.dive import Control
 from identify.challenge.hull import voltage_share
 from identify.challenge.mission import HEADING
-from identify.challenge.site import Site, coloured, past_of
+from identify.challenge.scenario import Scenario, coloured, past_of
 from identify.challenge.vehicles import LAG_S, STEP_S, Clock, DrawnVehicle, Noise, Readings, noise_of
 from identify.challenge.world import STATES
 from identify.dive import Dive, Signal
@@ -64,20 +64,24 @@ def draw_control(rng: np.random.Generator, vehicle: DrawnVehicle) -> Control:
     )  # fmt: skip
 
 
-def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.random.Generator) -> Simulated:
+def simulate(
+    name: str, scenario: Scenario, setup: Setup, reference: Array, rng: np.random.Generator
+) -> Simulated:
     """Follow the reference (n, 14). `rng` draws disturbance and noise."""
-    vehicle, clock = site.vehicle, setup.clock
+    vehicle, clock = scenario.vehicle, setup.clock
     count, k = len(reference), len(vehicle.configuration.thrusters)
     steps = count * clock.tick
-    drawn = coloured(rng, len(site.time_s), STEP_S, vehicle.disturbance_s, vehicle.poles, vehicle.disturbance)
+    drawn = coloured(
+        rng, len(scenario.time_s), STEP_S, vehicle.disturbance_s, vehicle.poles, vehicle.disturbance
+    )
     file = vehicle.file
     curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     matrix = allocation_matrix(vehicle.configuration)
     scene = kernel.Scene(
-        site.push + drawn,
-        np.zeros((1, 12)) if site.water is None else site.water,
-        site.fouled,
-        site.fouled_s,
+        scenario.push + drawn,
+        np.zeros((1, 12)) if scenario.water is None else scenario.water,
+        scenario.fouled,
+        scenario.fouled_s,
         curve.thrust(kernel.LOWEST_US + np.arange(2 * kernel.NEUTRAL + 1)),
         matrix,
         np.ascontiguousarray(np.linalg.pinv(matrix, rcond=1e-6)),
@@ -86,34 +90,34 @@ def simulate(name: str, site: Site, setup: Setup, reference: Array, rng: np.rand
     )
     start = np.zeros(STATES)
     heading = float(reference[0, HEADING])
-    start[2], start[3], start[6] = site.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
+    start[2], start[3], start[6] = scenario.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
     readings = noise_of(clock, setup.noise, steps, rng)
     ticks = kernel.Ticks(
         np.zeros((count, STATES)), np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, k)),
         np.zeros((count, k)), np.zeros((count, 1)), np.zeros((count, k)), *(np.zeros((count, 6)) for _ in range(4)),
     )  # fmt: skip
     kernel.dive(
-        site.body(),
-        site.hull,
-        site.prop,
+        scenario.body(),
+        scenario.hull,
+        scenario.prop,
         setup.control,
         clock,
-        site.faults,
+        scenario.faults,
         scene,
         reference,
         start,
         readings,
         ticks,
-        site.drawn,
-        past_of(site.drawn, STEP_S),
+        scenario.drawn,
+        past_of(scenario.drawn, STEP_S),
     )
-    recorded = _recorded(name, site, setup, reference, readings, ticks, rng)
+    recorded = _recorded(name, scenario, setup, reference, readings, ticks, rng)
     return Simulated(recorded, ticks, drawn[:: clock.tick][:count], readings)
 
 
 def _recorded(
     name: str,
-    site: Site,
+    scenario: Scenario,
     setup: Setup,
     reference: Array,
     readings: Readings,
@@ -122,14 +126,14 @@ def _recorded(
 ) -> Dive:
     clock, water = setup.clock, Water()
     time_s = _times(0.0, clock.tick, len(reference))
-    curve = site.vehicle.file.vehicle.thrust_curve
+    curve = scenario.vehicle.file.vehicle.thrust_curve
     k = np.where(ticks.shaft >= 0, curve.forward_n_s2, curve.reverse_n_s2)
     rpm = 60.0 * np.sign(ticks.shaft) * np.sqrt(np.abs(ticks.shaft) / k)
     rpm = np.round(rpm * (1 + 0.004 * rng.standard_normal(rpm.shape))).astype(np.float64)
     seconds = np.arange(0.0, time_s[-1], 1.0, dtype=np.float64)
-    share = np.array([voltage_share(t, site.sag, site.sag_s) for t in seconds])
+    share = np.array([voltage_share(t, scenario.sag, scenario.sag_s) for t in seconds])
     load = np.interp(seconds, time_s, ticks.load[:, 0])
-    volts: Array = FULL_VOLTAGE_V * share * (1 - site.ripple * load) + 0.01 * rng.standard_normal(
+    volts: Array = FULL_VOLTAGE_V * share * (1 - scenario.ripple * load) + 0.01 * rng.standard_normal(
         len(seconds)
     )
     pressure = 100.0 * water.surface_pressure_hpa + water.density_kg_m3 * water.gravity_m_s2 * readings.depth
@@ -138,7 +142,7 @@ def _recorded(
         fog = _signal(readings.fog[1:], 0.5 * clock.fog, clock.fog)
     velocity = _signal(readings.dvl, 0, clock.dvl)
     depth = np.interp(velocity.time_s, time_s, ticks.state[:, 2])
-    altitude = np.maximum(site.hull.floor_m - depth + 0.01 * rng.standard_normal(len(depth)), 0.0)
+    altitude = np.maximum(scenario.hull.floor_m - depth + 0.01 * rng.standard_normal(len(depth)), 0.0)
     flat = np.zeros((len(seconds), 1))
     return Dive(
         name,

@@ -3,17 +3,17 @@
 from collections.abc import Collection
 
 from bridge.vehicle.config import VehicleFile
-from identify.checks.controller import (
+from identify.checks.actuation.controller import (
     depthless_doubts,
     filtered_doubts,
     frozen_doubts,
     stamp_doubts,
     steered_doubts,
 )
-from identify.checks.descent import descent_doubts
-from identify.checks.heading import turning_doubts
-from identify.checks.levelling import levelling_doubts
-from identify.checks.motors import miswired_doubts
+from identify.checks.actuation.motors import miswired_doubts
+from identify.checks.sensors.descent import descent_doubts
+from identify.checks.sensors.heading import turning_doubts
+from identify.checks.sensors.levelling import levelling_doubts
 from identify.dive import Dive
 from identify.doubt import Doubt
 

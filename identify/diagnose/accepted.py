@@ -24,7 +24,7 @@ from bridge.vehicle.coefficients import (
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.parameters import bounds
-from identify.checks.controller import READINGS
+from identify.checks.actuation.controller import READINGS
 from identify.checks.fit import drag_doubts, late_doubts
 from identify.diagnose.accepted_before import all_accepted
 from identify.diagnose.causes.candidates import Cause

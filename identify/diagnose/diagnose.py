@@ -8,8 +8,8 @@ import numpy as np
 
 from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
-from identify.checks.motors import miswired_doubts
-from identify.checks.thrust_response import mounted_otherwise
+from identify.checks.actuation.motors import miswired_doubts
+from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import accepted_causes, library_with_changes
 from identify.diagnose.causes.search import Explanation

@@ -25,7 +25,7 @@ from identify.effects.effect import (
 
 
 def _slow(course: Course, more_asked: Array) -> Array:
-    """The lagged response to an additional demand; beside that to the demand itself where the lag is linear."""
+    """The change of the lagged thrust by an additional demand."""
     if course.by_shaft:
         return shaft_lagged(course.asked_n + more_asked, course.step_s, course.lag_s) - course.thrust_n
     return thrust_of(more_asked, course.step_s, course.lag_s)

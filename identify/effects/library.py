@@ -1,5 +1,8 @@
 """All effects that are tried on a vehicle."""
 
+from collections.abc import Iterable
+
+from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import Configuration
 from identify.effects import (
     actuators,
@@ -10,7 +13,7 @@ from identify.effects import (
     supply,
     wake,
 )
-from identify.effects.effect import Effect
+from identify.effects.effect import SIMULATED, Effect
 
 
 def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
@@ -29,3 +32,9 @@ def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
         *sensors.EFFECTS,
         *rigid_body.EFFECTS,
     )
+
+
+def not_simulated(effects: Iterable[AcceptedEffect], configuration: Configuration, lag_s: float) -> list[str]:
+    """Labels of the accepted effects that the simulated vehicle can't have; arguments as for `library`."""
+    held = {effect.label for effect in library(configuration, lag_s) if effect.feedforward in SIMULATED}
+    return [effect.label for effect in effects if effect.label not in held]

@@ -14,13 +14,14 @@ from bridge.arrays import Array
 from bridge.clock import date_in_name
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL, Coefficient
 from bridge.vehicle.config import VehicleFile
+from identify.checks.actuation.controller import Unrecorded, feedback_doubts, unchecked
 from identify.checks.contradictions import contradictions
-from identify.checks.controller import Unrecorded, feedback_doubts, unchecked
 from identify.checks.fit import (
     crossed,
     crossed_doubts,
     delay_doubt,
     drag_doubts,
+    lacking_doubts,
     late_doubts,
     loud,
     loud_doubts,
@@ -30,7 +31,6 @@ from identify.checks.fit import (
     too_little,
     unseen_doubts,
 )
-from identify.checks.unmodelled import lacking_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, worst
 from identify.estimators.axes import Axes

@@ -36,8 +36,6 @@ VELOCITY, POSITION, INCREMENT = 0, 1, 2
 NO_STEP = -1
 """Instead of a row of the table, for an event without a step before it. NO_STEP - r begins run r > 0: the filter then
 forgets all, and its state is that of the run's first instant."""
-LONGEST_STEP_S = 0.1
-"""The caller divides longer steps: the exponential's series is exact up to this length."""
 
 COLUMNS = 26
 

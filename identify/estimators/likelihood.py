@@ -16,7 +16,7 @@ import numpy as np
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify import nuisance
-from identify.checks.controller import unrecorded
+from identify.checks.actuation.controller import unrecorded
 from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt

@@ -22,7 +22,7 @@ from identify.diagnose.shrink.check_dive import with_coefficients
 from identify.diagnose.shrink.held_out import differences
 from identify.diagnose.shrink.shrink import HORIZON_S
 from identify.dive import Dive, Signal
-from identify.ingest.files.extras import library
+from identify.ingest.files.optional_libraries import library
 from identify.ingest.ros.recorded import EXTRA
 from identify.ingest.rotation import euler_angles
 

@@ -190,7 +190,7 @@ def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
         return dive
     held = held_commands(commands)
     lacks = ~np.isfinite(held.value[:, :thrusters])
-    noted = replace(dive, notes=dive.notes + _told_of(unknown))
+    noted = replace(dive, notes=dive.notes + _unknown_noted(unknown))
     noted = replace(noted, thrust_cmd=held) if dive.pwm is None else replace(noted, pwm=held)
     if not lacks.any() or lacks.any(axis=1).all() or (dive.tau_cmd is not None and len(dive.tau_cmd)):
         return noted
@@ -205,7 +205,7 @@ def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
     return replace(noted.between(start_s, end_s), notes=(*noted.notes, note))
 
 
-def _told_of(unknown: NDArray[np.bool_]) -> tuple[str, ...]:
+def _unknown_noted(unknown: NDArray[np.bool_]) -> tuple[str, ...]:
     """Notes on commands (n, thrusters) that are not a number: outputs that never are a number, and others."""
     never = np.asarray(unknown.all(axis=0))
     notes = []

@@ -16,10 +16,10 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire import tlog
 from bridge.wire.tlog import SUFFIXES
-from bridge.wire.whole import lacked, lacked_words, standing_for
-from identify.checks.frozen import without_frozen
-from identify.checks.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
-from identify.checks.missing_signals import missing_signals
+from bridge.wire.whole_recording import lacked, lacked_words, standing_for
+from identify.checks.readings.frozen import without_frozen
+from identify.checks.readings.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
+from identify.checks.readings.missing_signals import missing_signals
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.commands import with_known_commands, with_spread_commands
 from identify.ingest.files.arrays import read_npz

@@ -20,7 +20,7 @@ SAME, PIECE, OVERLAPPING = "holds the same recording as", "is a piece of", "shar
 
 @dataclass(frozen=True)
 class Identity:
-    """Marks by which a recording is known again: SHA-256 of all `size_bytes`, and of its opening.
+    """Marks that identify a recording: SHA-256 of all `size_bytes`, and of its opening.
 
     `opening`, of the first OPENING_BYTES, recognises a copy that was cut. It is empty if the recording is shorter, and
     for formats in which two dives can begin alike: a table, or a DataFlash log, which opens with its own formats.

@@ -18,9 +18,11 @@ from identify.diagnose.words import drift as drift_words
 from identify.diagnose.words import gap as gap_words
 from identify.diagnose.words.against import lines, thrust_sentences, verdict_sentence
 from identify.effects.effect import COMPENSATED_BY
+from identify.report import cells
 from identify.report import diagnosis_figures as figures
+from identify.report.cells import Cell, Form
 from identify.report.page import Report, Section, Table
-from identify.words import MISSING, capital, fixed, seconds, significant, unit, with_interval
+from identify.words import MISSING, capital, fixed, seconds, unit
 
 NOISE = (
     "Noise alone: the drift that sensor noise and a stationary disturbance would make on this very dive, on average "
@@ -143,7 +145,7 @@ def _by_dof(d: Diagnosis) -> Section:
     rows = []
     for i in present:
         force = d.gap.force.get(DOFS[i], math.nan)
-        missing = f"{significant(force, 2)} {'N' if i < 3 else 'N m'}" if math.isfinite(force) else MISSING
+        missing = cells.significant(force, 2, "N" if i < 3 else "N m")
         shared = () if no_gap else (missing,)
         drifts = (_before_after(d, k, i) for k in range(len(d.gap.drifts)))
         rows.append((DOFS[i], *shared, *_disturbed(d.gap, i), *drifts))
@@ -176,11 +178,12 @@ def _disturbed(gap: Gap, dof: int) -> tuple[str, ...]:
     )
 
 
-def _before_after(d: Diagnosis, k: int, dof: int) -> str:
+def _before_after(d: Diagnosis, k: int, dof: int) -> Cell:
     drifts = (d.gap.drifts[k], *(d.gap.after[k : k + 1] if d.verdict != "no_gap" else ()))
     if not np.isfinite(drifts[0].floor[dof]):
         return MISSING
-    return " → ".join(drift_words.rate(float(drift.rms[dof]), DOFS[dof]) for drift in drifts)
+    rates = [_rate(float(drift.rms[dof]), DOFS[dof]) for drift in drifts]
+    return rates[0] if len(rates) == 1 else cells.joined(Form.CHANGE, *rates)
 
 
 def _what(d: Diagnosis) -> Section:
@@ -199,8 +202,8 @@ def _what(d: Diagnosis) -> Section:
     return Section("2. What causes it", "\n\n".join(lines), tables)
 
 
-def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
-    rows: list[tuple[str, ...]] = []
+def _parameters(d: Diagnosis) -> tuple[tuple[Cell, ...], ...]:
+    rows: list[tuple[Cell, ...]] = []
     for finding in d.findings:
         cause = cause_words.effect_words(finding.cause.effect)
         values = cause_words.shown_parameters(finding)
@@ -210,9 +213,9 @@ def _parameters(d: Diagnosis) -> tuple[tuple[str, ...], ...]:
     return tuple(rows)
 
 
-def _cells(value: Value) -> tuple[str, str, str]:
+def _cells(value: Value) -> tuple[Cell, Cell, str]:
     """Number, interval and unit."""
-    number, interval = with_interval(value.value, value.low95, value.high95)
+    number, interval = cells.with_interval(value.value, value.low95, value.high95)
     return number, interval, unit(value.unit) if value.unit != "1" else MISSING
 
 
@@ -268,14 +271,18 @@ AXIS_COLUMNS = (
 )
 
 
-def _axis_rows(shrink: Shrink) -> tuple[tuple[str, ...], ...]:
+def _rate(value: float, dof: str) -> Cell:
+    return cells.speed(value, "rad/s" if dof in drift_words.TURNING else "m/s")
+
+
+def _axis_rows(shrink: Shrink) -> tuple[tuple[Cell, ...], ...]:
     return tuple(
         (
             axis.dof,
-            *(drift_words.rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
-            cause_words.percent(axis.value) if math.isfinite(axis.value) else MISSING,
-            f"{fixed(axis.nrmse_before, 2)} → {fixed(axis.nrmse_after, 2)}",
-            fixed(axis.nrmse_baseline, 2),
+            *(_rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
+            cells.percent(axis.value),
+            cells.joined(Form.CHANGE, cells.fixed(axis.nrmse_before, 2), cells.fixed(axis.nrmse_after, 2)),
+            cells.fixed(axis.nrmse_baseline, 2),
         )
         for axis in shrink.by_axis
     )
@@ -291,21 +298,22 @@ def _over_time(d: Diagnosis) -> Section | None:
     return Section("3.1 Measured and simulated", text, traces=(figures.velocities(flown),))
 
 
-def _shrunk(shrink: Shrink) -> tuple[str, ...]:
-    interval = cause_words.percents(shrink.low95, shrink.high95) or MISSING
-    value = cause_words.percent(shrink.value) if math.isfinite(shrink.value) else MISSING
-    return value, interval
+def _shrunk(shrink: Shrink) -> tuple[Cell, Cell]:
+    low, high = cells.percent(shrink.low95), cells.percent(shrink.high95)
+    return cells.percent(shrink.value), MISSING if str(low) == str(high) else cells.joined(
+        Form.RANGE, low, high
+    )
 
 
-def _gained(finding: Finding) -> tuple[str, ...]:
+def _gained(finding: Finding) -> tuple[Cell, ...]:
     cause, by = cause_words.effect_words(finding.cause.effect), finding.cause.effect.feedforward
     made_up = COMPENSATED_BY[by] if by else "nothing: the feed-forward can't"
     if finding.feedforward is None:
         return cause, MISSING, MISSING, made_up
     return (
         cause,
-        cause_words.mm_s(finding.feedforward.before_m_s),
-        cause_words.mm_s(finding.feedforward.after_m_s),
+        cells.speed(finding.feedforward.before_m_s, "m/s"),
+        cells.speed(finding.feedforward.after_m_s, "m/s"),
         made_up,
     )
 
@@ -354,18 +362,23 @@ def _change(comparison: Against) -> Section:
     return Section("What to change in the simulator", "\n\n".join(text), table)
 
 
-def _thrust_rows(thrust: ThrustRatio) -> list[tuple[str, ...]]:
+def _thrust_rows(thrust: ThrustRatio) -> list[tuple[Cell, ...]]:
     """The ratio of the thrusts by degree of freedom, where it differs."""
     if not thrust.differs:
         return []
     return [
-        (f"thrust in {dof}, ratio", "1", *_cells(value), _signed_percent(1.0 / value.value - 1.0))
+        (
+            f"thrust in {dof}, ratio",
+            cells.fixed(1.0, 0),
+            *_cells(value),
+            _signed_percent(1.0 / value.value - 1.0),
+        )
         for dof, value in thrust.by_axis.items()
     ]
 
 
-def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
-    rows: list[tuple[str, ...]] = []
+def _lacking_rows(comparison: Against) -> list[tuple[Cell, ...]]:
+    rows: list[tuple[Cell, ...]] = []
     for lacking in wording.sorted_by_likelihood(comparison.lacks)[0]:
         cause = cause_words.effect_words(lacking.cause.effect)
         values = cause_words.shown_parameters(lacking)
@@ -375,7 +388,7 @@ def _lacking_rows(comparison: Against) -> list[tuple[str, ...]]:
     return rows
 
 
-def _row(difference: Difference) -> tuple[str, ...]:
+def _row(difference: Difference) -> tuple[Cell, ...]:
     name = difference.name
     if difference.of:
         name = f"{cause_words.words(difference.of)}, {cause_words.parameter(name)}"
@@ -385,8 +398,8 @@ def _row(difference: Difference) -> tuple[str, ...]:
     return name, _cells(difference.simulator)[0], *_cells(difference.vehicle), share
 
 
-def _signed_percent(share: float) -> str:
-    return f"{'+' if share > 0 else '−'}{cause_words.percent(abs(share))}"
+def _signed_percent(share: float) -> Cell:
+    return cells.fixed(100 * share, 0, "%", cells.Style.SIGNED)
 
 
 def _of_simulator(comparison: Against) -> Section:

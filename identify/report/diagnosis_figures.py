@@ -15,6 +15,7 @@ from identify.diagnose.words import causes as cause_words
 from identify.diagnose.words import diagnosis as wording
 from identify.diagnose.words import drift as drift_words
 from identify.diagnose.words import gap as gap_words
+from identify.report import cells
 from identify.report.figures import error_unit
 from identify.report.page import Figure, Table
 from identify.report.plot import Bar, Line, Panel, bars, heatmap, lines_panel, side_by_side, stack
@@ -143,7 +144,7 @@ def candidates(
         Bar(
             cause_words.candidate_words(candidate.effect) + _aside(candidate, possible),
             math.log1p(max(candidate.gain_nats, 0.0)) / longest if longest > 0 else 0.0,
-            f"{fixed(candidate.gain_nats, 0 if abs(candidate.gain_nats) >= 10 else 1)} nats",
+            str(_saves(candidate)),
             "accepted" if candidate.accepted and candidate.label not in possible else "",
         )
         for candidate in notable
@@ -155,7 +156,9 @@ def candidates(
         if few
         else ""
     )
-    weaker = tuple((bar.name, bar.number) for bar in rows[first:])
+    weaker = tuple(
+        (bar.name, _saves(candidate)) for bar, candidate in zip(rows[first:], notable[first:], strict=True)
+    )
     tables = (Table(("Weaker candidate" if gap else "Candidate", "Saves"), weaker),) if weaker else ()
     if not gap:
         return f" None is accepted.{others}", (), tables
@@ -167,6 +170,11 @@ def candidates(
         stack([bars(rows[:first])]),
     )
     return "", (drawn,), tables
+
+
+def _saves(candidate: Tried) -> cells.Cell:
+    nats = candidate.gain_nats
+    return cells.fixed(nats, 0 if abs(nats) >= 10 else 1, "nats")
 
 
 def _aside(candidate: Tried, possible: Mapping[str, str]) -> str:

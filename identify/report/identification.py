@@ -14,12 +14,13 @@ from bridge.vehicle.mode import word_of
 from identify.comparison import Comparison, further_remarks
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
-from identify.fixes import check_fixes
+from identify.gnss_fixes import check_fixes
 from identify.identification import Estimate, Identification, added_mass, estimate
-from identify.report import figures, tables
+from identify.report import cells, figures, tables
+from identify.report.cells import Cell
 from identify.report.page import Report, Section, Table
 from identify.run.identify import Identified
-from identify.words import MISSING, capital, count, fixed, seconds, significant, unit, with_interval
+from identify.words import MISSING, capital, count, fixed, seconds, significant, unit
 
 OUTCOME_MEANS = {
     Outcome.AT_BOUND: (
@@ -203,7 +204,7 @@ def comparison_section(compared: Comparison) -> Section:
             _with_interval(d.first),
             _with_interval(d.second),
             unit(d.first.unit),
-            significant(d.distance, 2),
+            cells.significant(d.distance, 2),
             "DISAGREE" if d.disagrees else "",
         )
         for d in compared.differences
@@ -224,8 +225,8 @@ def comparison_section(compared: Comparison) -> Section:
     )
 
 
-def _with_interval(parameter: Estimate) -> str:
+def _with_interval(parameter: Estimate) -> Cell:
     if not parameter.identifiable:
         return MISSING
-    value, interval = with_interval(parameter.value, parameter.low95, parameter.high95)
-    return value if interval == MISSING else f"{value} ({interval})"
+    value, interval = cells.with_interval(parameter.value, parameter.low95, parameter.high95)
+    return value if interval == MISSING else cells.joined(cells.Form.INTERVAL, value, interval)

@@ -2,7 +2,6 @@
 network, no script, no further files.
 """
 
-import math
 import platform
 import re
 import unicodedata
@@ -18,10 +17,10 @@ from bridge.vehicle.config import VehicleFile
 from bridge.version import installed
 from identify.dive import Dive
 from identify.report import picture, traces
+from identify.report.cells import NONE, Cell, Quantity, duration, to_csv
 from identify.report.plot import DARK, LIGHT, Draw
-from identify.report.spreadsheet import to_csv
 from identify.report.traces import Traces
-from identify.words import MISSING, safe, seconds, unbroken
+from identify.words import MISSING, safe, unbroken
 
 
 def _variables(colours: dict[str, str]) -> str:
@@ -106,22 +105,24 @@ figcaption { margin-top: .3em; }
 WIDE_TABLE_COLUMNS = 5
 PHONE_CELLS = 30
 """Letters of unbroken cells beside the row's name that still fit a phone's page; with more, a row becomes a block."""
-SHORT_CELL, NUMBER_CELL = 16, 28
-"""Longest cells that are never broken: any text, and text that begins like a number. Longer cells count as sentences.
-"""
+SHORT_CELL = 16
+"""Longest text of a cell that is never broken, as a quantity never is."""
 LONG_WORD = 32
 """Letters from which a word in a cell, such as a hash, may be broken anywhere, so that the table fits the page."""
-
-_NUMBER = re.compile(r"[−±+]?\d|—|$")
 
 
 @dataclass(frozen=True)
 class Table:
-    """Cells as displayed; the first cell of a row names the row."""
+    """Cells by row; the first of a row names it."""
 
     columns: tuple[str, ...]
-    rows: tuple[tuple[str, ...], ...]
+    rows: tuple[tuple[Cell, ...], ...]
     caption: str = ""
+
+    @property
+    def shown(self) -> tuple[tuple[str, ...], ...]:
+        """The cells as the page shows them."""
+        return tuple(tuple(map(str, row)) for row in self.rows)
 
 
 @dataclass(frozen=True)
@@ -258,10 +259,14 @@ def _figure(figure: Figure, key: str) -> str:
 
 def _table(table: Table) -> str:
     width = len(table.columns)
-    short = [all(len(row[i]) <= SHORT_CELL for row in table.rows) for i in range(width)]
-    brief = [all(len(row[i]) <= NUMBER_CELL for row in table.rows) for i in range(width)]
-    numeric = [i > 0 and brief[i] and all(_NUMBER.match(row[i]) for row in table.rows) for i in range(width)]
-    long = [any(len(word) > LONG_WORD for row in table.rows for word in row[i].split()) for i in range(width)]
+    numeric = [
+        i > 0 and all(isinstance(row[i], Quantity) or row[i] in NONE for row in table.rows)
+        for i in range(width)
+    ]
+    short = [all(len(row[i]) <= SHORT_CELL for row in table.shown) for i in range(width)]
+    long = [
+        any(len(word) > LONG_WORD for row in table.shown for word in row[i].split()) for i in range(width)
+    ]
     classes = [
         ' class="number"' if n else ' class="short"' if s else ' class="long"' if w else ""
         for n, s, w in zip(numeric, short, long, strict=True)
@@ -272,9 +277,9 @@ def _table(table: Table) -> str:
         f'<tr><th scope="row">{safe(row[0])}</th>'
         + "".join(f'<td{classes[i]} data-label="{labels[i]}">{safe(row[i])}</td>' for i in range(1, width))
         + "</tr>\n"
-        for row in table.rows
+        for row in table.shown
     )
-    longest = [max((len(row[i]) for row in table.rows), default=0) for i in range(1, width)]
+    longest = [max((len(row[i]) for row in table.shown), default=0) for i in range(1, width)]
     unbroken_cells = sum(n for i, n in enumerate(longest, start=1) if numeric[i] or short[i])
     kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS or unbroken_cells > PHONE_CELLS else ""
     caption = f"<caption>{safe(unbroken(table.caption))}</caption>" if table.caption else ""
@@ -340,10 +345,7 @@ def provenance(dives: Sequence[Dive | Read], file: VehicleFile, settings: Mappin
         run for dive in dives for run in (dive.runs if isinstance(dive, Dive) and dive.runs else (dive,))
     )
     seen = {recording.sha256: recording for recording in recordings}
-    lengths = {
-        sha: seconds(recording.duration_s) if math.isfinite(recording.duration_s) else MISSING
-        for sha, recording in seen.items()
-    }
+    lengths = {sha: duration(recording.duration_s) for sha, recording in seen.items()}
     sources = (
         *((held.name, held.source.name, lengths[sha], "recording", sha) for sha, held in seen.items()),
         (file.vehicle.name, file.path.name, MISSING, "vehicle file", file.sha256),

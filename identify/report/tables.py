@@ -10,8 +10,10 @@ from bridge.vehicle.coefficients import ADDED_MASS_NAMES, DOFS, OF_HULL
 from identify.dive import Dive, Signal
 from identify.identification import NEGLIGIBLE_CORRELATION, Estimate
 from identify.nuisance import WRITTEN, Nuisance, Quantity
+from identify.report import cells
+from identify.report.cells import Cell
 from identify.report.page import Table
-from identify.words import MISSING, count, decimals_for, fixed, seconds, significant, unit, with_interval
+from identify.words import MISSING, decimals_for, fixed, significant, unit
 
 SIGNAL_WORDS = {
     "velocity": "velocity over the bottom",
@@ -46,11 +48,11 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
     rows = []
     for e in estimates:
         known = e.identifiable or e.share_from_prior > 0
-        value, narrow = with_interval(e.value, e.low95, e.high95) if known else (MISSING, MISSING)
-        interval = with_interval(e.value, *e.with_thrust)[1] if known else MISSING
+        value, narrow = cells.with_interval(e.value, e.low95, e.high95) if known else (MISSING, MISSING)
+        interval = cells.with_interval(e.value, *e.with_thrust)[1] if known else MISSING
         truth_cells = () if truth is None else _against(e, truth.get(e.name))
         words = [meaning(e.name), f"Not identifiable: {e.reason}" if not e.identifiable else e.reason]
-        share = f"{100 * e.share_from_prior:.0f} %" if e.share_from_prior else MISSING
+        share = cells.percent(e.share_from_prior) if e.share_from_prior else MISSING
         error = _percent(e.wider_std) if known else MISSING
         error_cells = (error, _partner(e), *((share,) if priors else ()))
         rows.append(
@@ -80,8 +82,8 @@ def parameters(estimates: Sequence[Estimate], truth: Mapping[str, float] | None)
     )
 
 
-def _percent(share: float) -> str:
-    return f"{significant(100 * share, 2)} %" if np.isfinite(share) else MISSING
+def _percent(share: float) -> Cell:
+    return cells.significant(100 * share, 2, "%")
 
 
 def _partner(e: Estimate) -> str:
@@ -101,13 +103,13 @@ def meaning(name: str) -> str:
     return ""
 
 
-def _against(e: Estimate, truth: float | None) -> tuple[str, str]:
+def _against(e: Estimate, truth: float | None) -> tuple[Cell, Cell]:
     if truth is None:
         return MISSING, MISSING
     half = (e.high95 - e.low95) / 2
     if not e.identifiable or not np.isfinite(half):
-        return significant(truth, 4), MISSING
-    value = fixed(truth, decimals_for(half)) if half > 0 else significant(truth, 4)
+        return cells.significant(truth, 4), MISSING
+    value = cells.fixed(truth, decimals_for(half)) if half > 0 else cells.significant(truth, 4)
     return value, "inside" if e.low95 <= truth <= e.high95 else "OUTSIDE"
 
 
@@ -116,9 +118,9 @@ def signals(dive: Dive) -> Table:
     rows = tuple(
         (
             SIGNAL_WORDS.get(name, name),
-            count(len(signal)),
-            f"{significant(signal.rate_hz)} Hz" if len(signal) > 1 else MISSING,
-            seconds(float(np.diff(signal.time_s).max())) if len(signal) > 1 else MISSING,
+            cells.count(len(signal)),
+            cells.significant(signal.rate_hz, unit="Hz") if len(signal) > 1 else MISSING,
+            cells.duration(float(np.diff(signal.time_s).max())) if len(signal) > 1 else MISSING,
             _unknown_share(signal),
         )
         for name, signal in dive.signals().items()
@@ -129,11 +131,11 @@ def signals(dive: Dive) -> Table:
     )
 
 
-def _unknown_share(signal: Signal) -> str:
+def _unknown_share(signal: Signal) -> Cell:
     if not len(signal):
         return MISSING
     unknown = int((~np.isfinite(signal.value)).any(axis=1).sum())
-    return f"{significant(100 * unknown / len(signal), 2)} %"
+    return _percent(unknown / len(signal))
 
 
 CHANNELS = {
@@ -154,14 +156,14 @@ HEADINGS = {
 
 def nuisance_tables(nuisance: Mapping[Nuisance, float], settings: Mapping[str, float]) -> tuple[Table, ...]:
     """A table of the quantities of each axis, and one of the method's own numbers, by their names."""
-    cells: dict[str, dict[Quantity, list[str]]] = {}
+    by_axis: dict[str, dict[Quantity, list[tuple[Nuisance, float]]]] = {}
     for fitted, value in nuisance.items():
-        cells.setdefault(fitted.axis, {}).setdefault(fitted.quantity, []).append(_words(fitted, value))
+        by_axis.setdefault(fitted.axis, {}).setdefault(fitted.quantity, []).append((fitted, value))
     tables = []
-    if cells:
+    if by_axis:
         rows = tuple(
-            (axis, *(", ".join(row.get(quantity, [MISSING])) for quantity in HEADINGS))
-            for axis, row in cells.items()
+            (axis, *(_nuisance(row.get(quantity, [])) for quantity in HEADINGS))
+            for axis, row in by_axis.items()
         )
         caption = (
             "Fitted beside the coefficients. Disturbance and noise are standard deviations; trim is a "
@@ -173,11 +175,21 @@ def nuisance_tables(nuisance: Mapping[Nuisance, float], settings: Mapping[str, f
         tables.append(
             Table(
                 ("Name", "Value"),
-                tuple((name, significant(value)) for name, value in settings.items()),
+                tuple((name, cells.significant(value)) for name, value in settings.items()),
                 caption,
             )
         )
     return tuple(tables)
+
+
+def _nuisance(values: Sequence[tuple[Nuisance, float]]) -> Cell:
+    """Values of an axis: a quantity, or those of several sensors in words."""
+    match values:
+        case []:
+            return MISSING
+        case [(fitted, value)] if not fitted.channel:
+            return cells.significant(value, unit=WRITTEN[fitted.unit])
+    return ", ".join(_words(fitted, value) for fitted, value in values)
 
 
 def _words(fitted: Nuisance, value: float) -> str:

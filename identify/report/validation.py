@@ -15,8 +15,8 @@ from bridge.arrays import Array, Vector3
 from bridge.vehicle.coefficients import DOFS
 from identify.align import low_pass
 from identify.dive import Dive, Signal
-from identify.glance.foretold import verdict_of
-from identify.glance.raising import MARKS, Raising
+from identify.report import cells
+from identify.report.cells import Cell
 from identify.report.figures import TIME_TITLE, error_unit, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
@@ -35,7 +35,9 @@ from identify.tracking import (
     measured_speed,
     whole_rows,
 )
-from identify.words import MISSING, fixed, speed
+from identify.validation.against_forecast import verdict_of
+from identify.validation.raising import MARKS, Raising
+from identify.words import MISSING, fixed
 
 TITLES = {
     0: ("surge speed u, m/s", "surge force X, N"),
@@ -102,7 +104,7 @@ def _said_first(run: Run) -> tuple[str, ...]:
 def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
     """Every axis over the whole mission, asked to move or not."""
     rows = [
-        (f"{row.axis.capitalize()}, {row.phase}", *(speed(value, row.unit) for value in row.values))
+        (f"{row.axis.capitalize()}, {row.phase}", *(cells.speed(value, row.unit) for value in row.values))
         for row in whole_rows(errors)
     ]
     caption = (
@@ -124,7 +126,8 @@ def _criteria(judged: Mapping[str, Raising]) -> Section | None:
         Table(
             ("Criterion", "Passed", "Figure and limit"),
             tuple(
-                (criterion.what, MARKS[criterion.passed], criterion.words) for criterion in raised.criteria
+                (criterion.quantity, MARKS[criterion.passed], criterion.words)
+                for criterion in raised.criteria
             ),
             f"{label}: what was looked at.",
         )
@@ -270,14 +273,14 @@ def _error_table(
 
     def row(
         name: str, decimals: int, value: Callable[[AxisErrors], float], factor: float = 1.0
-    ) -> tuple[str, ...]:
-        return name, *(MISSING if run is None else fixed(factor * value(run), decimals) for run in runs)
+    ) -> tuple[Cell, ...]:
+        return name, *(MISSING if run is None else cells.fixed(factor * value(run), decimals) for run in runs)
 
     speeds: dict[str, Callable[[AxisErrors], float]] = {
         phase: partial(AxisErrors.phase, name=phase) for phase in PHASES
     }
     speeds["Acceleration, delay taken out"] = attrgetter("acceleration_less_delay")
-    rows: tuple[tuple[str, ...], ...] = (
+    rows: tuple[tuple[Cell, ...], ...] = (
         *(row(f"{words}, {unit}", places, value, scale) for words, value in speeds.items()),
         row("Delay, ms", 0, lambda run: 1000 * run.delay_s),
         row(f"Steady |PID|, {wrench_unit}", 2, lambda run: run.pid_magnitude),
@@ -286,9 +289,9 @@ def _error_table(
     columns: tuple[str, ...] = (f"{axis.capitalize()} motion", *errors)
     caption = f"Mean absolute tracking error in {axis}, phase by phase. {METHOD}{_noise_said(errors, axis)}"
     if paper and any((axis, phase) in paper.values for phase in PHASES):
-        paper_cells = [fixed(scale * paper.values.get((axis, phase), math.nan), places) for phase in PHASES]
-        paper_cells += [MISSING] * (len(rows) - len(paper_cells))
-        rows = tuple((*cells, value) for cells, value in zip(rows, paper_cells, strict=True))
+        published = [cells.fixed(scale * paper.values.get((axis, p), math.nan), places) for p in PHASES]
+        published += [MISSING] * (len(rows) - len(published))
+        rows = tuple((*ours, value) for ours, value in zip(rows, published, strict=True))
         columns = (*columns, paper.label)
         caption += f" {paper.label}: {paper.source}."
     return Table(columns, rows, caption)
@@ -312,7 +315,7 @@ def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
     speeds = sorted({speed for of_run in held for speed in of_run})
     rows = [
         (
-            f"{scale * speed:.{DECIMALS[unit] - 1}f}",
+            cells.fixed(scale * speed, DECIMALS[unit] - 1),
             *(_with_error(of_run.get(speed), scale, DECIMALS[unit]) for of_run in held),
         )
         for speed in speeds
@@ -324,11 +327,12 @@ def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
     return Table((f"{axis.capitalize()} speed, {unit}", *errors), tuple(rows), caption)
 
 
-def _with_error(at: SteadyError | None, scale: float, decimals: int) -> str:
+def _with_error(at: SteadyError | None, scale: float, decimals: int) -> Cell:
     if at is None:
         return MISSING
-    spread = f" ± {scale * at.standard_error:.{decimals}f}" if math.isfinite(at.standard_error) else ""
-    return f"{scale * at.error:+.{decimals}f}{spread}".replace("-", "−")
+    error = cells.fixed(scale * at.error, decimals, style=cells.Style.SIGNED)
+    spread = cells.fixed(scale * at.standard_error, decimals)
+    return error if spread == MISSING else cells.joined(cells.Form.SPREAD, error, spread)
 
 
 def _curves(dof: int, mode: str, dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> Figure | None:

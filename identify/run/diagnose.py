@@ -33,7 +33,7 @@ OF: Final = "diagnose"
 class Before:
     """An accepted model: values with their precision, effects, and notes on parts that were not taken.
 
-    `by_number`: whether the values that the dive contradicts are told one by one, for nobody fitted them to a dive.
+    `by_number`: whether each value that the dive contradicts is reported, since no dive was used to fit it.
     """
 
     values: Mapping[str, Prior] | None = None

@@ -14,7 +14,7 @@ from typing import Any
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
-from identify.checks.motors import miswired_doubts
+from identify.checks.actuation.motors import miswired_doubts
 from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
 from identify.doubt import Outcome
@@ -42,7 +42,7 @@ class Identified:
     comparisons: tuple[Comparison, ...]
 
     def to_json(self) -> dict[str, Any]:
-        """The answer as plain data, with its comparison, if there is one."""
+        """The answer as plain data, with its comparison, if any."""
         compared = {"comparison": self.comparisons[0].to_json()} if self.comparisons else {}
         return self.answer.to_json() | runs_as_json(self.dive) | compared
 

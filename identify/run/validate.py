@@ -10,14 +10,14 @@ from bridge.arrays import Vector3
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
-from bridge.vehicle.foretold import Credit
+from bridge.vehicle.forecast import Credit
 from bridge.vehicle.mode import Mode
 from identify import tracking
-from identify.allocated import allocated_gains
 from identify.dive import Dive
 from identify.given_thrust import given_thrust, pushes
-from identify.glance.following import followed
-from identify.glance.foretold import (
+from identify.thruster_allocation import allocated_gains
+from identify.tracking import AXES, Row, TrackingErrors, tracking_errors
+from identify.validation.against_forecast import (
     Foretellings,
     Held,
     MadeUp,
@@ -28,8 +28,8 @@ from identify.glance.foretold import (
     to_make_up,
     verdict_of,
 )
-from identify.glance.raising import Raising, go_no_go, in_one_mode
-from identify.tracking import AXES, Row, TrackingErrors, tracking_errors
+from identify.validation.raising import Raising, go_no_go, in_one_mode
+from identify.validation.tracking_curves import followed
 from identify.words import fixed, speed
 
 DAY: Final = re.compile(r"\d{4}-\d\d-\d\dT")

@@ -13,7 +13,7 @@ from test_flights import BATTERY, LIMITS
 
 from bench.ardusub.firmware import Passing
 from bench.ardusub.flight import vehicle_file
-from bench.flying import InTurn
+from bench.operation.flying import InTurn
 from bridge.ardusub.companion import companion_file
 from bridge.firmware.ardusub import MANUAL
 from bridge.flight.flight import End

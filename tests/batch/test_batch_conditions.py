@@ -9,7 +9,7 @@ from bridge import exit_codes
 from bridge.errors import FitError
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle
-from identify.batch import diagnose
+from identify.batch import work
 from identify.batch.jobs import Against, run_job
 from identify.run.diagnose import Before
 from tui import cli
@@ -78,11 +78,11 @@ def test_what_was_accepted_is_what_each_dive_is_diagnosed_against(jobs, monkeypa
         asked.update(configuration=configuration, before=before, without=without)
         raise FitError("looked", of=dive)
 
-    monkeypatch.setattr(diagnose, "read_job", lambda job: ("plain", job.vehicle, "heavy"))
-    monkeypatch.setattr(diagnose.run, "diagnose", looked)
+    monkeypatch.setattr(work, "read_job", lambda job: ("plain", job.vehicle, "heavy"))
+    monkeypatch.setattr(work.run_diagnose, "diagnose", looked)
     assert run_job(job).error == "looked"
     assert (asked["before"], asked["without"]) == (job.against.accepted["heavy"], ())
-    monkeypatch.setattr(diagnose, "read_job", lambda job: ("plain", job.vehicle, "light"))
+    monkeypatch.setattr(work, "read_job", lambda job: ("plain", job.vehicle, "light"))
     assert "was dived in configuration 'light', and what was accepted is of heavy" in run_job(job).error
 
 
@@ -94,8 +94,8 @@ def test_without_what_was_accepted_nothing_is_held_against_a_dive(jobs, monkeypa
         asked.update(before=before, without=without)
         raise FitError("looked", of="plain")
 
-    monkeypatch.setattr(diagnose, "read_job", lambda job: ("plain", job.vehicle, "hovering"))
-    monkeypatch.setattr(diagnose.run, "diagnose", looked)
+    monkeypatch.setattr(work, "read_job", lambda job: ("plain", job.vehicle, "hovering"))
+    monkeypatch.setattr(work.run_diagnose, "diagnose", looked)
     assert run_job(job).error == "looked"
     assert asked == {"before": Before(), "without": ()}
 

@@ -244,7 +244,6 @@ def test_a_worker_of_another_version_refuses_and_says_so(folder, monkeypatch):
 
 LOADED = """
 import importlib, sys
-import identify.batch.diagnose
 import identify.batch.work
 from identify.estimators.table import METHODS
 for module in METHODS.values():

@@ -12,15 +12,17 @@ import pytest
 from fakes.planted import quiet
 from soak import rest_in_soak
 
-from bench import accuracy, accuracy_trials, coverage, trial
-from bench.accuracy_trials import Bound, Stated, Trial
+from bench.accuracy import coverage, trial
+from bench.accuracy import section as accuracy
+from bench.accuracy import trials as accuracy_trials
+from bench.accuracy.pooled import effective_count, share95
+from bench.accuracy.tally import inside95, median_ratio, root_mean_square, tally
+from bench.accuracy.trials import Bound, Stated, Trial
 from bench.baselines import least_squares
 from bench.baselines.regression import AxisTerms, axis_terms
 from bench.bound import cramer_rao, information, kernel
 from bench.missions.mission import draw_one
-from bench.pooled import effective_count, share95
 from bench.remembered import Remembered
-from bench.tally import inside95, median_ratio, root_mean_square, tally
 from identify.estimators.likelihood import estimate
 from identify.statistics import Z95 as IDENTIFICATION_Z95
 

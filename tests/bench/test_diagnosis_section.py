@@ -13,8 +13,8 @@ from bench.diagnosis.plan import (
     power_planned,
 )
 from bench.diagnosis.trials import Trial, effects_for
-from identify.challenge.plants import ABSORBED, PLANTS
-from identify.challenge.plants_novel import NOVEL
+from identify.challenge.novel_effects import NOVEL
+from identify.challenge.planted_effects import ABSORBED, PLANTS
 from identify.challenge.score import Answer, Named, Rate
 
 NAN = math.nan

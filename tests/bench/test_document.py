@@ -11,21 +11,23 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bench import __main__ as command
-from bench import accuracy, document, thrift
+from bench import document
 from bench import stamp as stamps
-from bench.accuracy_trials import Stated, Trial
-from bench.answers import answer, answered, methods
+from bench.accuracy import section as accuracy
+from bench.accuracy import thrift
+from bench.accuracy.answers import answer, answered, methods
+from bench.accuracy.trials import Stated, Trial
 from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.reading import CAREFUL, OURS, THEIRS, measured
 from bench.remembered import Remembered
 from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement
+from bench.speed.reading import CAREFUL, OURS, THEIRS, measured
 from bench.stamp import files
-from bench.steady import steady_errors
-from bench.tracking import truly
+from bench.tracking.section import truly
+from bench.tracking.steady import steady_errors
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
@@ -127,8 +129,16 @@ CODE = '"""Words."""\n\ndef one() -> int:\n    """More."""\n    return 1\n'
         ("module.py", CODE, "def one() -> int:  # a remark\n\n    return 1\n", True),
         ("module.py", CODE, CODE.replace("return 1", "return 2"), False),
         ("gains.yaml", "kp: 1\n", "kp: 2\n", False),
+        ("module.py", "from a.b import c, d\n", "from a import d\nfrom e import c\n", True),
+        ("module.py", "from a import c\n", "from a import d as c\n", False),
     ],
-    ids=["comments, layout and docstrings", "what code does", "what is no code"],
+    ids=[
+        "comments, layout and docstrings",
+        "what code does",
+        "what is no code",
+        "where a name lies",
+        "its name",
+    ],
 )
 def test_a_stamp_changes_with_what_code_does_and_with_any_other_file(
     tmp_path, monkeypatch, name, text, other, same
@@ -141,6 +151,21 @@ def test_a_stamp_changes_with_what_code_does_and_with_any_other_file(
         kept_stamps.append(stamps.stamp(name))
     stamps.stamp.cache_clear()
     assert (kept_stamps[0] == kept_stamps[1]) is same
+
+
+def test_code_that_moves_to_another_file_keeps_its_stamp(tmp_path, monkeypatch):
+    monkeypatch.setattr(stamps, "ROOT", tmp_path)
+    for name, text in (("a.py", "x = 1\n"), ("b.py", "y = 2\n")):
+        (tmp_path / name).write_text(text)
+    stamps.stamp.cache_clear()
+    before = stamps.stamp("*.py")
+    (tmp_path / "a.py").rename(tmp_path / "c.py")
+    stamps.stamp.cache_clear()
+    assert stamps.stamp("*.py") == before
+    (tmp_path / "b.py").write_text("y = 3\n")
+    stamps.stamp.cache_clear()
+    assert stamps.stamp("*.py") != before
+    stamps.stamp.cache_clear()
 
 
 def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_made_of_is_not(

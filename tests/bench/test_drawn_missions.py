@@ -6,14 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bench.accuracy.prediction import Starts, moved, run_forward, starts, whole_truth
 from bench.missions import draw
 from bench.missions.manoeuvres import MANOEUVRES, Leg, sampled
 from bench.missions.mission import draw_one
-from bench.prediction import Starts, moved, run_forward, starts, whole_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.dynamics import acceleration, restoring
-from identify.checks.controller import feedback_doubts
+from identify.checks.actuation.controller import feedback_doubts
 from identify.dive import Dive, Signal
 from identify.forces import wrench
 

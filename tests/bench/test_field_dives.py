@@ -12,11 +12,11 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field import section
 from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
-from bench.field.beside import Foretold, drifts_of
 from bench.field.dive import STEP_S
 from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
 from bench.field.export import STATION, euler, positions, telemetry_of, tlog_of
-from bench.field.plants import PLANTS
+from bench.field.planted_effects import PLANTS
+from bench.field.regressions import ForecastRow, drifts_of
 from bench.field.score import delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
 from bench.field.vehicle import draw_vehicle
@@ -290,7 +290,7 @@ def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity():
     way = np.zeros((100, 6))
     way[:, 0] = time_s
     way[:50, 1] = np.nan
-    foretold = Foretold(time_s, np.repeat([0, 1], 50), measured, way, way)
+    foretold = ForecastRow(time_s, np.repeat([0, 1], 50), measured, way, way)
     after_1, after_5 = drifts_of(foretold, way)
     assert after_1[0] == pytest.approx(1.0)
     assert after_5[0] == pytest.approx(5.0)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from bench import ladder
-from bench.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
-from bench.flying import lines
-from bench.gap_monitor import ONSETS, _lines, onset_dive
+from bench.operation.flying import lines
+from bench.operation.gap_monitor import ONSETS, _lines, onset_dive
+from bench.speed.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
+from bench.tracking import ladder
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from identify.ingest.open import read_dive

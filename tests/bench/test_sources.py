@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.accuracy_trials import SOURCES
+from bench.accuracy.trial import OWN
+from bench.accuracy.trials import SOURCES
 from bench.stamp import ROOT, files
-from bench.trial import OWN
 
 SEED = 100_010
 READ = """
@@ -61,12 +61,14 @@ def test_the_products_methods_load_nothing_outside_their_sources():
 
 @pytest.mark.soak
 def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage():
-    from bench import coverage
+    from bench.accuracy import coverage
 
-    work = "import bench.coverage\nimport identify.estimators.likelihood\n"
+    work = "import bench.accuracy.coverage\nimport identify.estimators.likelihood\n"
     work += "from bridge.simulator.truth import load_truth\nfrom bridge.vehicle.config import load_vehicle\n"
     work += "load_truth(load_vehicle('ruvifist:survey'), 'survey')"
-    keeping = {ROOT / "bench" / name for name in ("pooled.py", "remembered.py", "stamp.py", "words.py")}
+    keeping = {
+        ROOT / "bench" / name for name in ("accuracy/pooled.py", "remembered.py", "stamp.py", "words.py")
+    }
     assert _read(work) - keeping - set(files(*coverage.SOURCES)) == set()
 
 

@@ -12,7 +12,7 @@ from bench.unknown.grammar import MEMORIES, TIMINGS, Factor, Sentence, drawn, fo
 from bench.unknown.planted import left_of, likeness, planted, unknown_of
 from bench.unknown.trials import Judged
 from identify.challenge.case import draw_case
-from identify.challenge.site import THRUST, VELOCITY
+from identify.challenge.scenario import THRUST, VELOCITY
 
 TIME_S = np.arange(0.0, 300.0, 0.1)
 PLAIN = Sentence((0,), (1.0,), (), "none", 1.0, "steady", 0.0, 1.0, 0.0, 0.0, 7)
@@ -115,9 +115,9 @@ def test_a_steady_push_with_a_steady_pitch_is_known_as_a_push_that_a_trim_goes_w
     case = draw_case(391_003, kind="none", seconds=200.0)
     both = replace(PLAIN, dofs=(1, 4), gains=(1.0, 3.0))
     force = planted(both, case.vehicle.share, np.zeros(0), np.zeros(0))
-    site, simulated = replace(case, planted=(force,)).simulated(0)
-    assert likeness(site, simulated, 0.0) > 0.95
-    _, left = left_of(site, simulated)
+    scenario, simulated = replace(case, planted=(force,)).simulated(0)
+    assert likeness(scenario, simulated, 0.0) > 0.95
+    _, left = left_of(scenario, simulated)
     assert np.abs(left[:, 4]).max() < 0.1 * np.abs(left[:, 1]).max()
 
 

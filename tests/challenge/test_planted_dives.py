@@ -10,11 +10,10 @@ import pytest
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import check_of, dive_of, draw_case
-from identify.challenge.nearest import missing_velocity, missing_wrench, nominal_columns
-from identify.challenge.plants import PLANTS
-from identify.challenge.plants_novel import NOVEL
-from identify.challenge.seal import tlog_of
-from identify.challenge.site import (
+from identify.challenge.nearest_parameters import missing_velocity, missing_wrench, nominal_columns
+from identify.challenge.novel_effects import NOVEL
+from identify.challenge.planted_effects import PLANTS
+from identify.challenge.scenario import (
     ACCELERATION,
     ATTITUDE,
     DELAY,
@@ -32,6 +31,7 @@ from identify.challenge.site import (
     shape_of,
     signal_of,
 )
+from identify.challenge.seal import tlog_of
 from identify.challenge.world import STATES
 from identify.effects.library import library
 from identify.estimators.table import estimator
@@ -49,10 +49,10 @@ def honest():
 
 def test_a_vehicle_that_hides_nothing_moves_by_its_nominal_model_alone(honest):
     for which in (0, 1):
-        site, simulated = honest.simulated(which)
+        scenario, simulated = honest.simulated(which)
         assert np.abs(simulated.ticks.nu_dot).max() > 0.1
-        assert np.abs(missing_wrench(site, simulated)).max() < 1e-9
-        assert np.abs(missing_velocity(site, simulated)).max() < 1e-12
+        assert np.abs(missing_wrench(scenario, simulated)).max() < 1e-9
+        assert np.abs(missing_velocity(scenario, simulated)).max() < 1e-12
 
 
 @pytest.fixture(scope="module")
@@ -161,8 +161,8 @@ def test_a_dvl_off_its_place_reads_in_each_axis_what_the_turning_adds_there():
     case, off = draw_case(NEAREST_SEED, names=[], seconds=40.0), np.array([3.0, -2.0, 1.0])
 
     def dived(arm):
-        def apply(site, _):
-            site.faults = site.faults._replace(arm=site.faults.arm + arm, unseen=1)
+        def apply(scenario, _):
+            scenario.faults = scenario.faults._replace(arm=scenario.faults.arm + arm, unseen=1)
 
         simulated = replace(case, planted=(Planted("dvl_lever_arm", {}, apply, 1.0),)).simulated(0)[1]
         return simulated.dive, simulated.ticks.state[:, 10:13]
@@ -271,19 +271,19 @@ def test_a_memory_follows_its_product(memory, product, seen):
 def test_a_dive_feels_the_drawn_force_and_nothing_else_that_is_missing():
     case = draw_case(391_001, kind="none", seconds=60.0)
 
-    def apply(site, _):
-        gone = (site.time_s > 30.0).astype(np.float64)
+    def apply(scenario, _):
+        gone = (scenario.time_s > 30.0).astype(np.float64)
         size = np.array([0.0, 3.0, 0.0, 0.0, 0.0, 0.0])
-        site.drawn = by(VELOCITY, even=(1, 0))._replace(size=size, when=gone)
+        scenario.drawn = by(VELOCITY, even=(1, 0))._replace(size=size, when=gone)
 
-    site, simulated = replace(case, planted=(Planted("drawn_force", {}, apply, 1.0),)).simulated(0)
-    missing, ticks = missing_wrench(site, simulated), simulated.ticks
+    scenario, simulated = replace(case, planted=(Planted("drawn_force", {}, apply, 1.0),)).simulated(0)
+    missing, ticks = missing_wrench(scenario, simulated), simulated.ticks
     there = simulated.dive.pwm.time_s > 30.0
     wanted = np.zeros_like(missing)
     wanted[there, 1] = 3.0 * np.abs(ticks.state[there, 7])
     assert np.abs(wanted).max() > 0.5
-    site, simulated = case.simulated(0)
-    rounding = np.abs(missing_wrench(site, simulated)).max()
+    scenario, simulated = case.simulated(0)
+    rounding = np.abs(missing_wrench(scenario, simulated)).max()
     assert np.abs(missing - wanted).max() < 2.0 * rounding + 1e-9
 
 
@@ -301,8 +301,8 @@ def parameters_of(case, k=0):
 
 def test_an_offset_of_mass_is_told_in_metres_whether_of_the_body_or_of_the_water():
     case = drawn("cg_offset")
-    site, _ = case.simulated(0)
-    moment = float((site.rigid + site.added)[1, 5])
+    scenario, _ = case.simulated(0)
+    moment = float((scenario.rigid + scenario.added)[1, 5])
     mass = case.vehicle.configuration.dry_mass_kg
     assert parameters_of(case)["x"] == pytest.approx(moment / mass, rel=1e-3)
 
@@ -315,10 +315,10 @@ def test_more_drag_astern_is_told_as_how_many_times_as_much():
 
 def test_no_other_square_drag_comes_nearer_to_what_is_planted_beside_a_refit():
     case = drawn("quadratic_drag")
-    site, simulated = case.simulated(0)
-    nu, std = simulated.ticks.state[:, 7:13], site.vehicle.disturbance
+    scenario, simulated = case.simulated(0)
+    nu, std = simulated.ticks.state[:, 7:13], scenario.vehicle.disturbance
     columns = (nominal_columns(nu, simulated.ticks.nu_dot) / std[None, :, None]).reshape(-1, 12)
-    gap, values = missing_wrench(site, simulated), np.array([*parameters_of(case).values()])
+    gap, values = missing_wrench(scenario, simulated), np.array([*parameters_of(case).values()])
 
     def left(size):
         remainder = ((gap + size * nu * np.abs(nu)) / std).reshape(-1)
@@ -346,7 +346,7 @@ def test_wrong_readings_are_told_as_they_are_planted_and_beside_them_a_force_by_
 
 def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power():
     case = drawn("varying_current")
-    site, _ = case.simulated(0)
-    water = site.moving_water()[:, :2]
+    scenario, _ = case.simulated(0)
+    water = scenario.moving_water()[:, :2]
     assert parameters_of(case)["amplitude"] == pytest.approx(np.sqrt(2 * water.var(axis=0).sum()))
     assert parameters_of(case)["period"] == case.planted[0].parameters["period"]

@@ -8,7 +8,7 @@ import pytest
 
 from bridge.errors import LogError
 from identify.challenge.case import draw_case, left_out
-from identify.challenge.plants_novel import NOVEL
+from identify.challenge.novel_effects import NOVEL
 from identify.challenge.score import Rate, answer_of, errors, read_answer, score
 from identify.challenge.seal import hash_path, key_path, locked, read_key, seal, unsealed, write_key
 from tui.cli import main

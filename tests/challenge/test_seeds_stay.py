@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from identify.challenge.case import check_of, dive_of, draw_case
-from identify.challenge.plants import PLANTS
-from identify.challenge.plants_novel import NOVEL
+from identify.challenge.novel_effects import NOVEL
+from identify.challenge.planted_effects import PLANTS
 from identify.dive import Signal
 
 KEPT = Path(__file__).resolve().parents[1] / "data" / "planted_dives.json"

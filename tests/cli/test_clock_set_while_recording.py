@@ -13,7 +13,7 @@ from bridge.links.link import memory_pair
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import About
-from gcs_plugin.dives.recorded import RecordedDives
+from gcs_plugin.dives.split_recording import RecordedDives
 from gcs_plugin.recording.recorder import Recorder
 from tui import cli
 from tui.commands.record import RecordingState

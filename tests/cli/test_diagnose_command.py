@@ -27,9 +27,9 @@ from identify.dive import Dive
 from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
 from identify.effects.library import library
 from identify.effects.rigid_body import ADDED_PAYLOAD
-from identify.foretell import Foresight
 from identify.ingest.same_dive import OVERLAPPING, PIECE, SAME, of_one_dive
 from identify.run.diagnose import Before, effects_without
+from identify.validation.forecast import Forecast
 from tui import cli
 from tui.accepting import _sends, accept
 from tui.commands.diagnose import tell_diagnosis
@@ -86,9 +86,9 @@ def test_an_upload_is_promised_to_send_only_what_the_feed_forward_can_make_up_fo
 def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path, monkeypatch, capsys):
     def flies(*given):
         given[-1](0.5)
-        return Foresight((), (), ("foretold",))
+        return Forecast((), (), ("foretold",))
 
-    monkeypatch.setattr("identify.foretell.foretell", flies)
+    monkeypatch.setattr("identify.validation.forecast.forecast", flies)
     monkeypatch.setattr("tui.accepting.contradictions", lambda *_: ())
     monkeypatch.setenv(reports.VARIABLE, reports.FORM)
     accepted = Accepted(D_U, (AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0}),), ())
@@ -103,7 +103,7 @@ def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path,
 def test_a_gain_that_is_accepted_no_longer_is_written_as_none_and_is_no_effect_of_the_model(
     tmp_path, monkeypatch
 ):
-    monkeypatch.setattr("identify.foretell.foretell", lambda *_: Foresight((), (), ()))
+    monkeypatch.setattr("identify.validation.forecast.forecast", lambda *_: Forecast((), (), ()))
     monkeypatch.setattr("tui.accepting.contradictions", lambda *_: ())
     drag = AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0})
     repaired = AcceptedEffect("weak_thruster", "weak_thruster of thruster 1", {"gain": 1.0}, 1)

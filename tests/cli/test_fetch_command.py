@@ -14,7 +14,7 @@ from bridge.onboard.ring import RingSize
 from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import Gate, SignedLink, Times
 from bridge.wire.segments import segments_in
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.fetch.mirror import Mirror

@@ -10,7 +10,7 @@ import pytest
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.foretold import Foretold
+from bridge.vehicle.forecast import ForecastRow
 from bridge.vehicle.mode import Mode
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.last_accepted import keep_accepted
@@ -18,12 +18,12 @@ from gcs_plugin.params.receipt import Line, Receipt
 from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 from identify.dive import Dive, Signal
-from identify.glance.foretold import began
 from identify.tracking import TrackingErrors, WholeError
+from identify.validation.against_forecast import began
 from tui.commands.validate import foretellings, whole_table
 
 FILE = load_vehicle("ruvifist")
-ROW = Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
+ROW = ForecastRow("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
 ABOUT = Sidecar(
     "ab", "cd", "hovering", "diagnose", "1", {}, "ruvifist", "lake", "converged", dived="2026-09-21T14:13:20Z",
     effects=(AcceptedEffect("weak_thruster", "weak thruster 1", {"gain": 0.8}, 1),), foretold=(ROW,),

@@ -9,7 +9,7 @@ import pytest
 from autopilot_log import Turning, heard, logged
 
 from bridge import exit_codes
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from tui import cli
 
 

@@ -9,7 +9,7 @@ from params_line import DESPITE_HALF, run
 
 from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.foretold import Credit
+from bridge.vehicle.forecast import Credit
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
 

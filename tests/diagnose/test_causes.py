@@ -10,7 +10,7 @@ from fakes.planted import drawn_nominal, explained, planted_nominal
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import draw_case
-from identify.challenge.nearest import course_of
+from identify.challenge.nearest_parameters import course_of
 from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.causes import confidence as module
 from identify.diagnose.causes import search, selection

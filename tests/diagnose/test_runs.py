@@ -11,8 +11,8 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Water
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.descent import descent
-from identify.checks.scales import within_runs
+from identify.checks.sensors.descent import descent
+from identify.checks.sensors.scales import within_runs
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.filters.innovations import autoregressions_of
 from identify.diagnose.filters.regression import pieces_of, regression_of
@@ -23,7 +23,7 @@ from identify.diagnose.shrink.held_out import held_windows, stitched_windows
 from identify.dive import Dive, Signal
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.run.together import joined
+from identify.run.joined_runs import joined
 
 SECONDS = 15.0
 

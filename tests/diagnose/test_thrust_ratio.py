@@ -8,7 +8,7 @@ import pytest
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, dive_of, draw_case
-from identify.challenge.site import Planted, Site
+from identify.challenge.scenario import Planted, Scenario
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.lateness import lateness_of
 from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Value
@@ -125,11 +125,11 @@ def test_values_that_disagree_beyond_their_errors_widen_the_error_of_their_mean(
 def with_other_thrust(case: Case, gain: float, delay_s: float, north: float, east: float) -> Case:
     """The same vehicle and mission with other thrust, later, in a current; its noise is another."""
 
-    def apply(site: Site, rng: np.random.Generator) -> None:
+    def apply(scenario: Scenario, rng: np.random.Generator) -> None:
         rng.standard_normal(7)
-        late = np.full_like(site.prop.delay, delay_s)
-        site.prop = site.prop._replace(way=gain * site.prop.way, delay=late)
-        site.moving_water()[:, :2] += north, east
+        late = np.full_like(scenario.prop.delay, delay_s)
+        scenario.prop = scenario.prop._replace(way=gain * scenario.prop.way, delay=late)
+        scenario.moving_water()[:, :2] += north, east
 
     return replace(case, planted=(Planted("thrust_gain", {}, apply, 1.0),))
 

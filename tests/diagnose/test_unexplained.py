@@ -9,7 +9,7 @@ from soak import rows_rest_in_soak
 
 from bridge.arrays import Array
 from identify.challenge.case import Case, dive_of, draw_case
-from identify.challenge.site import Planted, Site
+from identify.challenge.scenario import Planted, Scenario
 from identify.diagnose.causes.candidates import Cause, companions, other_forms, possible_forms
 from identify.diagnose.causes.seas import period_interval, seas_of
 from identify.diagnose.causes.weighing import weighing_of
@@ -368,8 +368,8 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
     quiet = draw_case(391_520, kind="none", seconds=300.0)
     size = 2.0 * float(quiet.vehicle.disturbance[5])
 
-    def apply(site: Site, _: np.random.Generator) -> None:
-        site.push[:, 5] += pushed(site.time_s, size)
+    def apply(scenario: Scenario, _: np.random.Generator) -> None:
+        scenario.push[:, 5] += pushed(scenario.time_s, size)
 
     now = fitted(replace(quiet, planted=(Planted("push", {}, apply, 1.0, novel=True),)))
     assert [*slow_axes(now)] == [5]

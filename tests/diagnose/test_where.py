@@ -8,7 +8,7 @@ from fakes.planted import diagnosed, planted_nominal
 
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.controller import unrecorded
+from identify.checks.actuation.controller import unrecorded
 from identify.diagnose import diagnose as module
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.weighing import weighing_of

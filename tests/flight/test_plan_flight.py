@@ -431,7 +431,7 @@ def flown(monkeypatch, known_s):
     monkeypatch.setattr(fly, "flown", lambda *_: (outcome, DiveFolder(Path("dives/flown"))))
 
 
-def foretell(folder, **widths):
+def forecast(folder, **widths):
     """What `plan` leaves for `calibrate`: the plan, and how well each coefficient would be known by it."""
     foretold = [{"name": n, "after": {"relative_std": widths.get(n, 0.01) / 1.96}} for n in ("M_u", "D_u")]
     (folder / "calibrate-plan.yaml").write_text(PLAN)
@@ -441,7 +441,7 @@ def foretell(folder, **widths):
 
 def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, capsys, monkeypatch):
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
-    monkeypatch.setattr(calibrate, "step", lambda *_: foretell(files / "dives", D_u=0.066))
+    monkeypatch.setattr(calibrate, "step", lambda *_: forecast(files / "dives", D_u=0.066))
     assert cli.main(CALIBRATE) == 1
     assert (
         "nothing was sent: all of this plan tells D_u to 6.6 % alone, and --to asks for 3 %: give --to 7, more "
@@ -467,7 +467,7 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
 
     def step(name, *words):
         steps.append((name, *words))
-        return foretell(files / "dives") if name == "plan" else codes[name]
+        return forecast(files / "dives") if name == "plan" else codes[name]
 
     monkeypatch.setattr(calibrate, "step", step)
     assert cli.main([*CALIBRATE, "--json", "out.json"]) == 1
@@ -484,7 +484,7 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
 
 def test_calibrate_flies_the_plan_that_was_read_and_makes_no_other(files, monkeypatch):
     on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
-    foretell(files)
+    forecast(files)
     steps = []
     monkeypatch.setattr(calibrate, "step", lambda name, *_: steps.append(name) or 0)
     assert cli.main([*CALIBRATE, "--plan", "calibrate-plan.yaml"]) == 0
@@ -497,7 +497,7 @@ def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, m
 
     def step(name, *words):
         steps.append((name, *words))
-        return foretell(files / "dives")
+        return forecast(files / "dives")
 
     monkeypatch.setattr(calibrate, "step", step)
     assert cli.main(CALIBRATE) == 1

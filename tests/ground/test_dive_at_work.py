@@ -16,7 +16,7 @@ from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder
 from bridge.wire.redaction import FILE_TRANSFER
-from bridge.wire.whole import WHOLE, lacked
+from bridge.wire.whole_recording import WHOLE, lacked
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import write_records

@@ -12,7 +12,7 @@ from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Op, Packet
 from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.fetching import Fetching, fetch

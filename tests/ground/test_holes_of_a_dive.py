@@ -11,8 +11,8 @@ from bridge.files import PART
 from bridge.wire.framing import Encoder
 from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog, record_of
-from bridge.wire.whole import WHOLE
-from gcs_plugin.fetch.holes import Hole, as_sent, holes_in, lost_in
+from bridge.wire.whole_recording import WHOLE
+from gcs_plugin.fetch.merge_order import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.merging import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.fetch import MIRROR, Fetched

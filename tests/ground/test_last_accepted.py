@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bridge.errors import ParamRejected
-from bridge.vehicle.foretold import Credit, Foretold
+from bridge.vehicle.forecast import Credit, ForecastRow
 from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
@@ -238,7 +238,7 @@ def test_a_change_is_told_in_per_cent_and_then_in_halves_of_the_interval():
 FORETOLD = dataclasses.replace(
     SIDECAR,
     dived="2026-11-21T06:00:00Z",
-    foretold=(Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18),),
+    foretold=(ForecastRow("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18),),
     credits=(Credit(1, 1.0, 0.8, None, acting=False),),
 )
 

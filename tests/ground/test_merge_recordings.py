@@ -15,7 +15,7 @@ from bridge.errors import LogError
 from bridge.wire.framing import Encoder
 from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.fetch.merging import made_whole, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.merge import merge

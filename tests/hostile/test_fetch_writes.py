@@ -21,7 +21,7 @@ from test_fetching import (
 
 from bridge.files import PART
 from bridge.wire.tlog import STAMP_BYTES, read_tlog, record_of
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About
 from gcs_plugin.fetch.mirror import LOCK, doubtful
 from tui.commands.fetch import MIRROR, Fetcher

@@ -19,7 +19,7 @@ from bridge.wire.framing import Encoder
 from bridge.wire.ftp import Fault, Op, Packet, acknowledged, crc32, refused
 from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.merging import newest_frames, write_records

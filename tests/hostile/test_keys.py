@@ -19,7 +19,7 @@ from bridge.wire.ftp import Fault, Op, Packet, acknowledged, refused
 from bridge.wire.ftp import decode as packet_of
 from bridge.wire.redaction import carries_key, without_contents, without_key
 from bridge.wire.tlog import TlogWriter, read_tlog, record_of
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.dives.replay import Reel
 from gcs_plugin.fetch.merging import write_records

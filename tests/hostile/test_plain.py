@@ -9,7 +9,7 @@ from fuzz_files import RECORDS, SIZES
 from bridge.errors import ConfigError
 from bridge.plain import from_json, from_yaml
 from bridge.schema import load_yaml
-from identify.checks.impossible import tame
+from identify.checks.readings.impossible import tame
 from identify.ingest.open import read_dive
 
 

@@ -11,8 +11,8 @@ from bridge.vehicle.controller import load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.thrusters import Allocator, Pulses, thrust_curve
-from identify.allocated import allocated_gains
 from identify.dive import Dive, Signal
+from identify.thruster_allocation import allocated_gains
 
 FILE = load_vehicle("ruvifist:hovering")
 SHAPE = FILE.vehicle.configurations["hovering"]

@@ -23,7 +23,7 @@ from identify.estimators.lateness import FilteredForce, behind_filter, means_beh
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body
-from identify.rounding import unrounded, unrounded_thrusts
+from identify.pwm_rounding import unrounded, unrounded_thrusts
 
 STEP_S = 0.01
 TIME_S = STEP_S * np.arange(2000)

@@ -7,8 +7,8 @@ import pytest
 
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Dive, Signal
+from identify.run.joined_runs import ballast_note, joined, together
 from identify.run.recordings import Reading
-from identify.run.together import ballast_note, joined, together
 
 FILE = load_vehicle("bluerov2_heavy")
 MASS_KG, DRAG, TURNING_KG = 30.0, 40.0, 20.0

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
-from identify.checks.controller import depthless_doubts
+from identify.checks.actuation.controller import depthless_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered

@@ -15,7 +15,7 @@ from identify.challenge.case import dive_of, draw_case
 from identify.dive import Dive, Signal
 from identify.estimators.refusals import common_s, lasting, long_enough, too_short
 from identify.estimators.table import METHODS, estimator
-from identify.glance.excitation import excitation, spans
+from identify.excitation import excitation, spans
 from identify.statistics import Z95
 
 FILE = closed_loop.vehicle_file()

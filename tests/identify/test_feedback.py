@@ -11,7 +11,7 @@ from bench.diagnosis.trials import recorded_dive
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import Water
 from identify.challenge.case import draw_case
-from identify.checks.controller import fed_velocity, feedback_doubts, stamp_doubts
+from identify.checks.actuation.controller import fed_velocity, feedback_doubts, stamp_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.likelihood import estimate

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from turning_vehicle import readings
 
-from identify.checks.first_mapping import mends
-from identify.checks.mend import Mend, mended
-from identify.checks.sensor_pairs import agreeing
+from identify.checks.mapping.first_mapping import mends
+from identify.checks.mapping.mend import Mend, mended
+from identify.checks.sensors.sensor_pairs import agreeing
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import to_earth
 

@@ -6,7 +6,7 @@ import yaml
 from turning_vehicle import readings, usual
 
 from bridge import exit_codes
-from identify.run.together import kinds_of
+from identify.run.joined_runs import kinds_of
 from tui import cli
 
 

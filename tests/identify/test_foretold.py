@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bridge.vehicle.foretold import Credit, Foretold
+from bridge.vehicle.forecast import Credit, ForecastRow
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.given_thrust import Given
-from identify.glance.foretold import (
+from identify.tracking import WholeError
+from identify.validation.against_forecast import (
     Foretelling,
     MadeUp,
     began,
@@ -22,10 +23,9 @@ from identify.glance.foretold import (
     to_make_up,
     verdict_of,
 )
-from identify.tracking import WholeError
 
-SURGE = Foretold("surge", "m/s", "both", "both", 0.0133, 0.0060, 0.18)
-YAW = Foretold("yaw", "rad/s", "both", "ff", math.radians(1.08), math.radians(0.17), 0.07)
+SURGE = ForecastRow("surge", "m/s", "both", "both", 0.0133, 0.0060, 0.18)
+YAW = ForecastRow("yaw", "rad/s", "both", "ff", math.radians(1.08), math.radians(0.17), 0.07)
 
 
 def error(rms, asked=0.18, axis="surge", unit="m/s"):

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from test_foretell import FED, FILE, dived, weak
+from test_forecast import FED, FILE, dived, weak
 
 from bridge.vehicle.mode import Mode
 from identify.dive import Signal

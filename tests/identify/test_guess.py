@@ -15,13 +15,13 @@ from bridge.errors import ConfigError, LogError
 from bridge.firmware.ardusub import ARDUSUB, wiring
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
-from identify.checks.motors import miswired, miswired_doubts
-from identify.checks.thrust_response import mounted_otherwise
+from identify.checks.actuation.motors import miswired, miswired_doubts
+from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.ingest.mavlink.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
-from identify.run.guess import guess
+from identify.run.vehicle_of_log import guess
 from tui.cli import main
 
 FILE = load_vehicle("bluerov2")
@@ -57,7 +57,7 @@ def test_without_parameters_the_motion_shows_the_frame_and_the_reversed_motors(t
     dive = moved(np.array((-1.0, -1.0, 1.0, -1.0, -1.0, 1.0)), np.arange(6))
     pulses = np.hstack([dive.pwm.value, np.full((len(dive.pwm), 2), 1500.0)])
     dive = replace(dive, pwm=Signal(dive.pwm.time_s, pulses))
-    monkeypatch.setattr("identify.run.guess.read_dive", lambda _path, **_of: dive)
+    monkeypatch.setattr("identify.run.vehicle_of_log.read_dive", lambda _path, **_of: dive)
     log, out = tlog(tmp_path / "a.tlog", {}), tmp_path / "ours.yaml"
     guessed = guess(log)
     assert (guessed.by, guessed.base, guessed.wiring.reversed) == ("motion", "bluerov2", (1, 2, 4, 5))
@@ -78,7 +78,7 @@ def test_without_parameters_a_motion_that_follows_no_frame_is_refused(tmp_path, 
     still = moved(np.zeros(6), np.arange(6))
     noise = np.random.default_rng(1).normal(size=still.velocity.value.shape)
     other = replace(still, velocity=Signal(still.velocity.time_s, noise), gyro=None)
-    monkeypatch.setattr("identify.run.guess.read_dive", lambda _path, **_of: other)
+    monkeypatch.setattr("identify.run.vehicle_of_log.read_dive", lambda _path, **_of: other)
     with pytest.raises(LogError, match="its motion follows the thrust of no known frame"):
         guess(tlog(tmp_path / "a.tlog", {}))
 
@@ -268,5 +268,5 @@ def test_real_vehicles_are_guessed_and_go_with_their_thrust_where_they_have_any(
 def test_only_what_a_thruster_drove_is_held_against_thrust(tmp_path, monkeypatch):
     dive = moved(np.ones(6), np.arange(6))
     dive.pwm.value[:, 4:] = 1500.0
-    monkeypatch.setattr("identify.run.guess.read_dive", lambda _path, **_of: dive)
+    monkeypatch.setattr("identify.run.vehicle_of_log.read_dive", lambda _path, **_of: dive)
     assert guess(tlog(tmp_path / "a.tlog", PLAIN)).judged == ("surge", "sway", "yaw")

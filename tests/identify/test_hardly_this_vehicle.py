@@ -10,9 +10,9 @@ from fakes.planted import quiet
 from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
-from identify.checks.controller import unchecked
-from identify.checks.descent import descent, descent_doubts
+from identify.checks.actuation.controller import unchecked
 from identify.checks.fit import crossed, crossed_doubts, unseen_doubts
+from identify.checks.sensors.descent import descent, descent_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered

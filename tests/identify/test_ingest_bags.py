@@ -476,7 +476,7 @@ def test_without_the_library_the_way_to_install_it_is_said(
             raise ModuleNotFoundError(name=name)
         return real(name)
 
-    monkeypatch.setattr("identify.ingest.files.extras.import_module", lacking)
+    monkeypatch.setattr("identify.ingest.files.optional_libraries.import_module", lacking)
     with pytest.raises(
         LogError, match=r"needs rosbags, which is not installed; pip install 'seatrial\[bags\]'"
     ):

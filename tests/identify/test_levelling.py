@@ -11,8 +11,8 @@ from fakes.shared import shared
 from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
-from identify.checks.heading import turning, turning_doubts
-from identify.checks.levelling import levelling, levelling_doubts
+from identify.checks.sensors.heading import turning, turning_doubts
+from identify.checks.sensors.levelling import levelling, levelling_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered

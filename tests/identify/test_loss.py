@@ -7,7 +7,7 @@ from bridge.errors import LogError
 from bridge.wire.framing import Encoder
 from bridge.wire.redaction import FILE_TRANSFER
 from bridge.wire.tlog import TlogWriter
-from identify.glance.loss import Loss, loss_of
+from identify.ingest.mavlink.message_loss import Loss, loss_of
 
 BOOT_US = 1_790_000_000_000_000
 

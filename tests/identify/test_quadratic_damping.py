@@ -12,7 +12,7 @@ from scipy.stats import truncnorm
 from bridge.errors import FitError
 from bridge.vehicle.config import Prior
 from gcs_plugin.params.identified import parameters_from_identification
-from identify.checks.controller import steered_doubts
+from identify.checks.actuation.controller import steered_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators import intervals

@@ -10,8 +10,8 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
 from identify.dive import Dive, Signal
-from identify.glance.axis_criteria import Criterion
-from identify.glance.raising import Raising, go_no_go, in_one_mode
+from identify.validation.axis_criteria import Criterion
+from identify.validation.raising import Raising, go_no_go, in_one_mode
 
 RATE_HZ = 20.0
 FILE = load_vehicle("ruvifist")
@@ -77,7 +77,7 @@ def judged(dive):
 
 
 def failed(raising):
-    return [criterion.what for criterion in raising.criteria if criterion.passed is False]
+    return [criterion.quantity for criterion in raising.criteria if criterion.passed is False]
 
 
 @pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
@@ -90,7 +90,7 @@ def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late
 
 
 def test_the_pids_force_shows_mass_and_damping_as_they_are():
-    words = {criterion.what: criterion.words for criterion in judged(flown(Mode.SHADOW)).criteria}
+    words = {criterion.quantity: criterion.words for criterion in judged(flown(Mode.SHADOW)).criteria}
     # The lever arm of the DVL turns a yaw rate into a little sway, and the filter rounds the corners: three digits.
     assert words["surge mass"].startswith("100 kg fed, PID 100 ±")
     assert words["surge damping"].startswith("50 N/(m/s) fed, PID 50 ±")
@@ -241,7 +241,7 @@ def test_of_a_dive_in_two_modes_the_longer_part_is_judged():
 def test_feed_forward_alone_is_judged_by_the_papers_errors():
     dive = flown(Mode.ALONE)
     assert dive.velocity is not None
-    exact = {criterion.what: criterion.passed for criterion in judged(_on_course(dive, 1.0)).criteria}
+    exact = {criterion.quantity: criterion.passed for criterion in judged(_on_course(dive, 1.0)).criteria}
     assert exact["surge held speed"] is True
     slow = judged(_on_course(dive, 0.85))
     assert "surge held speed" in failed(slow)
@@ -274,7 +274,7 @@ def test_what_a_dive_does_not_show_is_neither_go_nor_no_go():
     pid = dive.tau_pid.value.copy()
     pid[:, 5] += 1.0 * rough
     raising = judged(under(dive, pid))
-    passed = {criterion.what: criterion.passed for criterion in raising.criteria}
+    passed = {criterion.quantity: criterion.passed for criterion in raising.criteria}
     assert passed["yaw mass"] is None
     assert passed["surge mass"] is True
     assert raising.go

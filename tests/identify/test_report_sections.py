@@ -59,7 +59,7 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
     table, others = section.tables
     further = ("Standard error", "Partner", "Meaning")
     assert table.columns == ("Parameter", "Value", "95 % interval", "Unit", "Truth", "Truth is", *further)
-    assert [" | ".join(row) for row in table.rows] == [
+    assert [" | ".join(row) for row in table.shown] == [
         "M_u | 111.9 | 110.5 to 113.3 | kg | 111.6 | inside | 0.63 % | — | total mass in surge: rigid body plus added",
         "I_r | 15.20 | 14.71 to 15.69 | kg m² | 16.00 | OUTSIDE | 1.7 % | — | "
         "total inertia in yaw: rigid body plus added",
@@ -70,7 +70,7 @@ def test_parameters_stand_with_interval_unit_truth_and_reason():
     assert "Recording dive-7: 6 min 58 s, 10\u00a0442 samples used." in section.text
     assert "1 of 2 known truths lie inside" in section.text
     assert "converged" in section.text
-    assert others.rows == (("velocity_noise_m_s", "0.00520"),)
+    assert others.shown == (("velocity_noise_m_s", "0.00520"),)
     assert "The DVL is late." in section.text
     assert section.warning == ""
 
@@ -89,10 +89,10 @@ def test_beside_the_interval_with_the_thrust_s_doubt_stands_the_one_given_the_th
     mass = replace(MASS, scale_std=0.1 * MASS.value)
     table = identification_section(identification(mass, INERTIA), {"M_u": 111.0}, None).tables[0]
     assert table.columns[:4] == ("Parameter", "Value", "95 % interval", "Given the thrust")
-    assert table.rows[0][:4] == ("M_u", "111.9", "92 to 136", "110.5 to 113.3")
+    assert table.shown[0][:4] == ("M_u", "111.9", "92 to 136", "110.5 to 113.3")
     # A simulator's thrust is exact, so that its truth is judged by the narrow one.
     outside = identification_section(identification(mass), {"M_u": 120.0}, None).tables[0]
-    assert "OUTSIDE" in outside.rows[0]
+    assert "OUTSIDE" in outside.shown[0]
     assert (
         "Given the thrust" not in identification_section(identification(MASS), None, None).tables[0].columns
     )
@@ -102,7 +102,7 @@ def test_the_true_added_mass_is_the_true_total_less_the_rigid_body():
     added = [added_mass(total, shape()) for total in (MASS, UNKNOWN, INERTIA)]
     truth = {"M_u": 111.6, "I_q": 15.5, "I_r": 16.0}
     section = identification_section(identification(MASS, INERTIA, UNKNOWN, *added), truth, shape())
-    rows = {row[0]: row[4:6] for row in section.tables[0].rows}
+    rows = {row[0]: row[4:6] for row in section.tables[0].shown}
     assert rows["X_udot"] == ("39.6", "inside")
     assert rows["N_rdot"] == ("5.00", "OUTSIDE")
     assert rows["M_qdot"] == ("5.500", "—")
@@ -133,7 +133,7 @@ def test_a_parameter_tells_its_partner_and_what_came_from_the_prior():
     (table, _) = section.tables
     assert "Truth" not in table.columns
     assert table.columns[4:7] == ("Standard error", "Partner", "From prior")
-    assert [row[4:7] for row in table.rows] == [("0.63 %", "D_u −0.50", "25 %"), ("1.7 %", "—", "—")]
+    assert [row[4:7] for row in table.shown] == [("0.63 %", "D_u −0.50", "25 %"), ("1.7 %", "—", "—")]
 
 
 def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_units():
@@ -150,12 +150,12 @@ def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_un
     }
     by_axis, others = nuisance_tables(fitted, {"alpha": 0.5})
     assert by_axis.columns == ("Axis", "Disturbance", "Its time constant", "Trim", "Sensor noise")
-    assert by_axis.rows == (
+    assert by_axis.shown == (
         ("surge", "0.349 N", "2.75 s", "−0.0700 N", "DVL 0.00394 m/s"),
         ("heave", "—", "—", "—", "DVL 0.00400 m/s, depth sensor 0.00200 m"),
         ("yaw", "—", "—", "0.000400 N m", "new_gyro 0.000200 rad/s, heading 0.0100 rad"),
     )
-    assert others.rows == (("alpha", "0.500"),)
+    assert others.shown == (("alpha", "0.500"),)
     assert [each.name for each in fitted][:4] == [
         "surge_disturbance_std_n", "surge_disturbance_time_constant_s", "surge_trim_n", "surge_dvl_noise_std_m_s"
     ]  # fmt: skip
@@ -209,7 +209,7 @@ def straight_dive():
 
 def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
     (table,) = dive_section(straight_dive(), Water()).tables
-    rows = {row[0]: row[1:] for row in table.rows}
+    rows = {row[0]: row[1:] for row in table.shown}
     assert rows["velocity over the bottom"] == ("2\u00a0000", "10.0 Hz", "0.10 s", "1.0 %")
     assert rows["thruster commands"][2] == "3.2 s"
 

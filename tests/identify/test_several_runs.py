@@ -20,8 +20,8 @@ from identify.estimators.likelihood_axis import FORCES, likelihood_of, rigid_mas
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
 from identify.estimators.unmodelled import Lack
 from identify.forces import wrench
+from identify.run.joined_runs import joined, together
 from identify.run.recordings import Reading
-from identify.run.together import joined, together
 
 FILE = closed_loop.vehicle_file()
 

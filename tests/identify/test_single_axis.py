@@ -8,9 +8,9 @@ import pytest
 from fakes.planted import diagnosed
 
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.frozen import without_frozen
-from identify.checks.impossible import without_repeated
-from identify.checks.missing_signals import missing_signals
+from identify.checks.readings.frozen import without_frozen
+from identify.checks.readings.impossible import without_repeated
+from identify.checks.readings.missing_signals import missing_signals
 from identify.dive import Dive, Signal
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive

@@ -19,7 +19,7 @@ from identify.effects.effect import QUICK_COMMANDS
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.slow_pulses import PULSE, law_of, with_reckoned_pulses
-from identify.run.together import joined
+from identify.run.joined_runs import joined
 
 FILE = load_vehicle("bluerov2")
 LONG_S, OFTEN_S, SELDOM_S = 200.0, 0.05, 0.5

@@ -15,10 +15,10 @@ from bridge.errors import FitError
 from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
 from identify.challenge.seal import tlog_of
-from identify.checks.controller import frozen_doubts
+from identify.checks.actuation.controller import frozen_doubts
 from identify.checks.fit import loud, loud_doubts, loud_note
-from identify.checks.frozen import without_frozen
-from identify.checks.impossible import without_impossible, without_repeated
+from identify.checks.readings.frozen import without_frozen
+from identify.checks.readings.impossible import without_impossible, without_repeated
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered

@@ -10,8 +10,8 @@ import pytest
 
 from bridge.vehicle.references import DoubleS
 from identify.dive import Dive, Signal
-from identify.glance.following import Followed, followed
 from identify.tracking import PHASES, compare, phases, tracking_errors
+from identify.validation.tracking_curves import Followed, followed
 
 RATE_HZ = 20.0
 RISE_S, HOLD_S = 5.0, 15.0

@@ -10,7 +10,7 @@ from built_recordings import NAN, recording, write
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import Dive, Signal
-from identify.fixes import check_fixes
+from identify.gnss_fixes import check_fixes
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body, to_earth
 

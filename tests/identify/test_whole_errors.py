@@ -11,13 +11,13 @@ import pytest
 from test_raising import FILE, failed, flown, judged, under
 
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.foretold import Credit
+from bridge.vehicle.forecast import Credit
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.given_thrust import Given
-from identify.glance.foretold import MadeUp, sea_of
-from identify.glance.raising import MOST_UNASKED, go_no_go
 from identify.tracking import tracking_errors, whole_errors
+from identify.validation.against_forecast import MadeUp, sea_of
+from identify.validation.raising import MOST_UNASKED, go_no_go
 
 RATE_HZ = 20.0
 STILL: Mapping[int, float] = MappingProxyType({})
@@ -135,7 +135,7 @@ def test_what_a_weak_thruster_moves_in_shadow_is_no_reason_not_to_make_up_for_it
     thruster = MadeUp(Credit(1, 1.0, 0.8, None, acting=False), 0.8, gave, acts=False)
     raising = go_no_go(disturbed(Mode.SHADOW, 5, math.radians(0.6)), FILE, "hovering", made_up=[thruster])
     (yaw,) = (
-        each for each in raising.criteria if each.what in {"yaw moves unasked", "yaw not asked to move"}
+        each for each in raising.criteria if each.quantity in {"yaw moves unasked", "yaw not asked to move"}
     )
     weak = gave == Given(0.8, 0.01)
     assert raising.go is weak
@@ -153,13 +153,15 @@ def test_two_degrees_a_second_of_yaw_are_told_in_degrees():
     (yaw,) = [
         c
         for c in judged(disturbed(Mode.SHADOW, 5, math.radians(2.0))).criteria
-        if c.what == "yaw moves unasked"
+        if c.quantity == "yaw moves unasked"
     ]
     assert yaw.words == "2.0 deg/s rms while others move, at most 0.30 deg/s"
 
 
 def test_axes_that_keep_still_share_a_line():
-    (line,) = [c for c in judged(disturbed(Mode.SHADOW, 1, 0.0)).criteria if c.what == "not asked to move"]
+    (line,) = [
+        c for c in judged(disturbed(Mode.SHADOW, 1, 0.0)).criteria if c.quantity == "not asked to move"
+    ]
     assert line.passed
     assert line.words.endswith("rms, at most 10 mm/s and 0.30 deg/s")
     assert MOST_UNASKED["m/s"] == 0.010
@@ -181,7 +183,7 @@ def test_an_axis_that_nothing_holds_is_measured_and_not_judged():
 
 def test_what_moves_as_much_at_rest_is_the_sea_s_and_not_judged():
     raising = judged(disturbed(Mode.SHADOW, 1, 0.03, at_rest=0.02))
-    (sway,) = [c for c in raising.criteria if c.what == "sway not asked to move"]
+    (sway,) = [c for c in raising.criteria if c.quantity == "sway not asked to move"]
     assert sway.passed is None
     assert sway.words.endswith("at rest: the sea")
     assert raising.go
@@ -194,11 +196,11 @@ def test_a_vehicle_that_turns_meets_the_sea_in_surge_and_in_sway():
     )
     dive = disturbed(Mode.SHADOW, 1, 0.03)
     ahead = disturbed(Mode.SHADOW, 0, 0.0, at_rest=0.02)
-    (alone,) = [c for c in judged(dive).criteria if c.what == "sway moves unasked"]
+    (alone,) = [c for c in judged(dive).criteria if c.quantity == "sway moves unasked"]
     both = replace(
         dive, velocity=Signal(dive.velocity.time_s, dive.velocity.value + ahead.velocity.value * [1, 0, 0])
     )
-    (sway,) = [c for c in judged(both).criteria if c.what == "sway not asked to move"]
+    (sway,) = [c for c in judged(both).criteria if c.quantity == "sway not asked to move"]
     assert (alone.passed, sway.passed) == (False, None)
 
 
@@ -214,7 +216,7 @@ def test_in_a_swell_what_the_pid_does_is_no_fault_of_the_feed_forward():
     calm, swell = (judged(in_swell(Mode.BOTH, size)) for size in (0.0, 0.05))
     assert failed(calm) == ["surge left to the PID"]
     assert failed(swell) == []
-    (left,) = [c for c in swell.criteria if c.what == "surge left to the PID"]
+    (left,) = [c for c in swell.criteria if c.quantity == "surge left to the PID"]
     assert left.words.endswith("; but the sea moves it")
 
 

@@ -23,7 +23,7 @@ from gcs_plugin.feedforward import Switch
 from gcs_plugin.flying.crew import Crew
 from identify.effects.course import Course
 from identify.effects.effect import Effect
-from identify.run.guess import guess
+from identify.run.vehicle_of_log import guess
 
 HOWTO = Path(__file__).resolve().parents[2] / "docs" / "howto"
 

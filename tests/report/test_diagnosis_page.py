@@ -20,7 +20,7 @@ from made_diagnoses import (
     with_figure,
 )
 
-from identify.checks.thrust_response import mounted_otherwise
+from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.result import (
     AxisShrink,
@@ -89,8 +89,8 @@ def test_predicted_and_measured_shrink_stand_side_by_side():
         "Over the whole dive, which was fitted: the 5 s drift falls from 76 mm/s to 27 mm/s in surge and from 1.1 "
         "deg/s to 0.38 deg/s in yaw."
     )
-    assert "predicted: pieces held out\n90 %\n84 % to 94 %" in page
-    assert "measured: the check dive\n86 %\n79 % to 92 %" in page
+    assert "predicted: pieces held out\n90 %\n84 to 94 %" in page
+    assert "measured: the check dive\n86 %\n79 to 92 %" in page
     assert "What was predicted and what was measured are 4 points apart." in page
     near = diagnosis(heldout=shrink(3.0, 1.0, 0.99), check=shrink(3.0, 1.0, 0.98))
     assert "are 1 point apart." in read(near)

@@ -68,7 +68,7 @@ def dive(name, sha256):
 def test_every_recording_stands_once_with_its_hash_and_the_vehicle_file_with_its_own():
     first, other = dive("one", "ab" * 32), dive("other", "cd" * 32)
     sources, *_ = provenance([first, other, first], FILE, {}).tables
-    assert sources.rows == (
+    assert sources.shown == (
         ("one", "telemetry.tlog", "1 min 40 s", "recording", "ab" * 32),
         ("other", "telemetry.tlog", "1 min 40 s", "recording", "cd" * 32),
         ("ruvifist", "ruvifist.yaml", "—", "vehicle file", FILE.sha256),
@@ -78,8 +78,8 @@ def test_every_recording_stands_once_with_its_hash_and_the_vehicle_file_with_its
 def test_provenance_ends_the_page_with_versions_and_settings():
     report = with_provenance(Report("t", "s", "v", (Section("Part"),)), [], FILE, {"method": "pinn"})
     assert [section.heading for section in report.sections] == ["Part", "Provenance"]
-    assert report.sections[-1].tables[-1].rows == (("method", "pinn"),)
-    rows = dict(report.sections[-1].tables[1].rows)
+    assert report.sections[-1].tables[-1].shown == (("method", "pinn"),)
+    rows = dict(report.sections[-1].tables[1].shown)
     assert rows["Python"] == platform.python_version()
     assert (rows["numpy"], rows["torch"]) == (version("numpy"), version("torch"))
     assert "seatrial" in rows

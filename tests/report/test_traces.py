@@ -65,7 +65,7 @@ def test_the_page_shows_measured_beside_simulated_on_the_check_dive_or_else_held
 def test_what_the_disturbance_takes_stands_beside_each_degree_of_freedom():
     of_surge = Disturbance("surge", 3.1, 0.62, True)
     page = read(diagnosis(gap=replace(diagnosis().gap, disturbance=(of_surge,))))
-    assert "surge\n2.4 N\n3.1 N, 62 %\n34 mm/s → 12 mm/s" in page
+    assert "surge\n2.4 N\n3.1 N, 62 %\n34 → 12 mm/s" in page
     assert "Disturbance: the fitted stationary disturbance" in page
     assert "Disturbance" not in read(diagnosis())
 

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.foretold import Foretold
+from bridge.vehicle.forecast import ForecastRow
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.glance.axis_criteria import Criterion
-from identify.glance.foretold import Held
-from identify.glance.raising import Raising
 from identify.report.page import render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report
 from identify.run.validate import Run, Validation, validate, verdict
 from identify.tracking import AxisErrors, SteadyError, TrackingErrors, tracking_errors
+from identify.validation.against_forecast import Held
+from identify.validation.axis_criteria import Criterion
+from identify.validation.raising import Raising
 from identify.words import safe, unbroken
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -167,7 +167,7 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     html = render_report(report)
     assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(unbroken(sentence))}</p>' in html
     assert 'class="judged yes"' not in html
-    assert report.sections[3].tables[0].rows == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+    assert report.sections[3].tables[0].shown == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
 
 
 def test_no_line_of_a_page_ends_between_a_number_and_its_unit():
@@ -180,7 +180,7 @@ def test_no_line_of_a_page_ends_between_a_number_and_its_unit():
 
 
 def test_what_was_foretold_and_flown_is_the_first_that_a_page_says():
-    row = Foretold("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
+    row = ForecastRow("surge", "m/s", "both", "ff", 0.0133, 0.006, 0.18)
     dive = moving("both", 0.2)
     run = Run("both", dive, tracking_errors(dive), None, "both", (Held(row, 0.0061, 0.18, True),))
     report = validation_report(Validation(FILE, (run,), AT_ORIGIN))
@@ -219,7 +219,7 @@ def test_every_axis_has_its_rows_whether_it_was_asked_to_move_or_not():
     swayed = dive.velocity.value + np.array([0.0, 0.05, 0.0])
     section = made({"off": replace(dive, velocity=Signal(dive.velocity.time_s, swayed))}).sections[0]
     assert section.heading == "Every axis, over the whole mission"
-    rows = dict(section.tables[0].rows)
+    rows = dict(section.tables[0].shown)
     assert rows["Sway, whole mission"] == rows["Sway, while others move"] == "50 mm/s"
     assert rows["Surge, while others move"] == "—"
     assert rows["Yaw, whole mission"] == "0 deg/s"
@@ -244,7 +244,7 @@ def test_errors_are_laid_out_like_table_5_with_the_runs_side_by_side():
     alone = TrackingErrors("a", (SURGE,))
     surge, sway = tracking_section({"PID alone": alone, "Both": both}, {}).tables
     assert surge.columns == ("Surge motion", "PID alone", "Both")
-    assert surge.rows == (
+    assert surge.shown == (
         ("Acceleration, mm/s", "9.1", "9.1"),
         ("Steady state, mm/s", "3.6", "3.6"),
         ("Deceleration, mm/s", "4.8", "4.8"),
@@ -255,8 +255,8 @@ def test_errors_are_laid_out_like_table_5_with_the_runs_side_by_side():
         ("Steady |PID − feed-forward|, N", "2.40", "2.40"),
     )
     assert sway.columns == ("Sway motion", "PID alone", "Both")
-    assert sway.rows[0] == ("Acceleration, mm/s", "—", "6.9")
-    assert sway.rows[-1] == ("Steady |PID − feed-forward|, N", "—", "—")
+    assert sway.shown[0] == ("Acceleration, mm/s", "—", "6.9")
+    assert sway.shown[-1] == ("Steady |PID − feed-forward|, N", "—", "—")
 
 
 def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
@@ -265,11 +265,11 @@ def test_published_errors_stand_in_a_column_of_their_own_with_their_source():
     errors = {"Both": TrackingErrors("b", (SURGE, YAW))}
     surge, yaw = tracking_section(errors, {}, paper).tables
     assert surge.columns == ("Surge motion", "Both", "Paper, both")
-    assert [row[2] for row in surge.rows] == ["9.1", "—", "—", "5.1", "—", "—", "—", "—"]
+    assert [row[2] for row in surge.shown] == ["9.1", "—", "—", "5.1", "—", "—", "—", "—"]
     assert surge.caption.endswith("Paper, both: Vangi et al., Table 5.")
     assert yaw.columns == ("Yaw motion", "Both")
-    assert [row[0].rpartition(", ")[2] for row in yaw.rows] == ["deg/s"] * 5 + ["ms", "N m", "N m"]
-    assert yaw.rows[2] == ("Deceleration, deg/s", "—")
+    assert [row[0].rpartition(", ")[2] for row in yaw.shown] == ["deg/s"] * 5 + ["ms", "N m", "N m"]
+    assert yaw.shown[2] == ("Deceleration, deg/s", "—")
     assert "Vangi" not in yaw.caption
 
 
@@ -282,7 +282,7 @@ def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
     }
     *_, by_speed = tracking_section(errors, {}).tables
     assert by_speed.columns == ("Surge speed, mm/s", "ff", "both", "sway")
-    assert by_speed.rows == (
+    assert by_speed.shown == (
         ("200", "−1.2 ± 0.4", "—", "—"),
         ("400", "+2.1", "+2.1", "—"),
     )

@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import NARROW, WIDE, Lacks, Sees, plain, played, shows
 
 from bridge.reports import UNKEPT, Report
-from bridge.vehicle.foretold import Foretold
+from bridge.vehicle.forecast import ForecastRow
 from bridge.wire.framing import Encoder
 from gcs_plugin.params.sidecar import sidecar_path
 from tui.app.diagnosis import answer
@@ -150,7 +150,7 @@ def test_what_an_earlier_diagnosis_accepted_is_not_offered_for_upload(tmp_path):
 
 def test_what_the_accepted_model_foretells_stands_before_the_drifts(tmp_path):
     desk, param = desk_with(tmp_path), tmp_path / DIVE / "diagnosed.param"
-    row = Foretold("yaw", "rad/s", "both", "both", 0.0106, 0.0014, 0.1)
+    row = ForecastRow("yaw", "rad/s", "both", "both", 0.0106, 0.0014, 0.1)
     sidecar_path(param).write_text(json.dumps({"foretold": [asdict(row)]}), encoding="utf-8")
     foretold = "foretold for the next dive in both, rms over the whole mission: yaw 0.61 -> 0.080 deg/s"
     played(desk, "4", "s", "s", Sees("HOW FAR"), Lacks(foretold))  # of a model that is no longer there

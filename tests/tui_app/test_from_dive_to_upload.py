@@ -11,7 +11,7 @@ import time
 import pytest
 from screen_text import made
 
-from bench.station import VEHICLE, _afloat, _flown, by_the_recording
+from bench.operation.station import VEHICLE, _afloat, _flown, by_the_recording
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.open import open_link

@@ -13,7 +13,7 @@ from made_validation import run as run_of
 from screen_text import WIDE, Lacks, Sees, plain, played
 
 from bridge.reports import PAGE, Report
-from identify.glance.axis_criteria import Criterion
+from identify.validation.axis_criteria import Criterion
 from tui.app.curves import Curve, plot, seconds
 from tui.app.drawing import width
 from tui.app.jobs import Jobs

@@ -11,9 +11,9 @@ from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.foretold import Foretold
+from bridge.vehicle.forecast import ForecastRow
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
-from identify.glance.foretold import rows_words
+from identify.validation.against_forecast import rows_words
 from tui.app.jobs import real, written_ns
 
 OF_DRIFT: Final = ("after", "heldout", "by_axis")
@@ -95,7 +95,7 @@ def answer(data: Any) -> Answer | None:
 def foretold(data: Any) -> tuple[str, ...] | None:
     """The sidecar's prediction for the next dive in words; None if it is no sidecar."""
     try:
-        return rows_words([build(Foretold, row, "foretold") for row in data.get("foretold", ())])
+        return rows_words([build(ForecastRow, row, "foretold") for row in data.get("foretold", ())])
     except (TypeError, ValueError, AttributeError, ConfigError):
         return None
 

@@ -16,10 +16,9 @@ from bridge.links.link import Link
 from bridge.text import say_warning
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
-from bridge.wire.whole import WHOLE
+from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
 from gcs_plugin.fetch.fetching import Fetching, fetch
-from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.into_dive import (
     Boot,
     boots_in,
@@ -28,6 +27,7 @@ from gcs_plugin.fetch.into_dive import (
     segments_of_dive,
     segments_of_newest_boot,
 )
+from gcs_plugin.fetch.merge_order import Hole
 from gcs_plugin.fetch.merging import made_whole, newest_frames, write_records
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing

@@ -17,17 +17,17 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.wire.tlog import SUFFIXES, read_tlog
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle
 from gcs_plugin.fetch.merging import write_records
-from identify.checks.first_mapping import mends
+from identify.checks.mapping.first_mapping import mends
 from identify.dive import Dive, Signal
-from identify.fixes import check_fixes
+from identify.gnss_fixes import check_fixes
 from identify.ingest.files.streams import some_of
 from identify.ingest.mapping.proposal_of_runs import MOST_ASKED
 from identify.ingest.open import BAG_FOLDER, MAPPED, read_dives, recording_files
 from identify.ingest.ros.bags import ending_of
 from identify.ingest.ros.definitions import files_beside
 from identify.ingest.same_dive import identity_of
+from identify.run.joined_runs import joined
 from identify.run.recordings import read_each, runs_in
-from identify.run.together import joined
 from tui import show
 from tui.column_map import propose_map
 from tui.files import Files

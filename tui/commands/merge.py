@@ -13,10 +13,10 @@ from bridge import exit_codes
 from bridge.errors import LogError, SeatrialError
 from bridge.files import replacing
 from bridge.wire.tlog import SUFFIXES, load_recording, of_those_that_hold_frames, read_tlog
-from bridge.wire.whole import GROUNDS, WHOLE
+from bridge.wire.whole_recording import GROUNDS, WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
-from gcs_plugin.fetch.holes import Hole
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
+from gcs_plugin.fetch.merge_order import Hole
 from gcs_plugin.fetch.merging import Whole, made_whole
 from gcs_plugin.locks import merge_lock
 from identify.ingest.mavlink.autopilot_log import merged

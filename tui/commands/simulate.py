@@ -29,8 +29,7 @@ from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import BY_WORD, Mode
 from gcs_plugin import simulated
-from identify.effects.effect import SIMULATED
-from identify.effects.library import library
+from identify.effects.library import not_simulated
 from tui import show
 from tui.parameter_files import Leave, accepted_model
 
@@ -258,11 +257,6 @@ def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[T
     truth = load_truth(replace(file, vehicle=replace(file.vehicle, configurations=shapes)), configuration)
     effects = {name: value for name, value in values.items() if name not in linear}
     held = {name: value for name, value in effects.items() if name in PLANTED or GAIN.fullmatch(name)}
-    effects_held = {
-        effect.label
-        for effect in library(shape, file.vehicle.thrust_curve.lag_s)
-        if effect.feedforward in SIMULATED
-    }
-    lost = [effect.label for effect in sidecar.effects if effect.label not in effects_held]
+    lost = not_simulated(sidecar.effects, shape, file.vehicle.thrust_curve.lag_s)
     notes = (f"not simulated: {', '.join(lost)}",) if lost else ()
     return replace(truth, model=truth.model | linear, effects=held), notes

@@ -14,17 +14,17 @@ from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.params.last_accepted import in_force
 from identify.dive import Dive, Kind
-from identify.glance.foretold import (
+from identify.ingest.open import read_dive
+from identify.run.validate import Validation, validate, verdict
+from identify.tracking import METHOD, Row, TrackingErrors, whole_rows
+from identify.validation.against_forecast import (
     Foretelling,
     Foretellings,
     began_for_receipts,
     ended_for_receipts,
     verdict_of,
 )
-from identify.glance.raising import BASELINE, MARKS, Raising
-from identify.ingest.open import read_dive
-from identify.run.validate import Validation, validate, verdict
-from identify.tracking import METHOD, Row, TrackingErrors, whole_rows
+from identify.validation.raising import BASELINE, MARKS, Raising
 from identify.words import speed
 from tui import show
 from tui.files import Files
@@ -143,7 +143,7 @@ def criteria_lines(label: str, judged: Raising) -> list[str]:
     return [
         f"{label}: what {'GO' if judged.go else 'NO-GO'} rests on",
         *(
-            f"  {MARKS[criterion.passed]:<7} {criterion.what}: {criterion.words}"
+            f"  {MARKS[criterion.passed]:<7} {criterion.quantity}: {criterion.words}"
             for criterion in judged.criteria
         ),
     ]

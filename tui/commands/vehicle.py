@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from bridge import exit_codes
-from identify.run.guess import Guess, guess
+from identify.run.vehicle_of_log import Guess, guess
 from identify.words import listed
 from tui import show
 from tui.files import Files

@@ -23,8 +23,8 @@ from bridge.vehicle.coefficients import (
     YAW,
 )
 from bridge.vehicle.config import VehicleFile
-from identify.checks.controller import unrecorded
-from identify.checks.thrust_response import mirrored, swapped
+from identify.checks.actuation.controller import unrecorded
+from identify.checks.actuation.thrust_response import mirrored, swapped
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.innovations import mean_before, reading_error
 from identify.diagnose.filters.judged_axes import axes_of, without_quick

@@ -22,7 +22,7 @@ from identify.estimators.motion import Motion
 from identify.forces import asked_thrusts, tells_thrusters, thrusts_between
 from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on
-from identify.rounding import unrounded_thrusts
+from identify.pwm_rounding import unrounded_thrusts
 from identify.threads import side_by_side
 from identify.wrench_history import evenly_between
 

@@ -8,7 +8,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify import nuisance
-from identify.checks.controller import unrecorded
+from identify.checks.actuation.controller import unrecorded
 from identify.checks.fit import unsettled_doubt
 from identify.dive import Dive
 from identify.doubt import Doubt

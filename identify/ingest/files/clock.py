@@ -67,8 +67,8 @@ def _past_midnight(time_s: Array) -> Array:
 def within_seconds(time_s: Array) -> Array | None:
     """Times (n,) spread evenly over each second, for a clock (n,) of whole seconds with about as many rows in each.
 
-    The first second may have begun before the first row: its rows lie at its end. None if the clock is another: one
-    that tells more than seconds, runs back, or has seconds of different numbers of rows.
+    The first second may have begun before the first row: its rows lie at its end. None for any other clock:
+    with fractions of a second, running back, or with seconds of different numbers of rows.
     """
     has_time = np.isfinite(time_s)
     known = time_s[has_time]

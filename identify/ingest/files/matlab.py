@@ -16,7 +16,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.errors import LogError
 from identify.ingest.files.arrays import FEWEST_ROWS, Tree, stream_of, streams_of
-from identify.ingest.files.extras import library
+from identify.ingest.files.optional_libraries import library
 from identify.ingest.files.streams import Stream, Streams, as_numbers
 
 EXTRA = "tables"

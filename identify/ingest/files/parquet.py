@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from bridge.errors import LogError
-from identify.ingest.files.extras import library
+from identify.ingest.files.optional_libraries import library
 from identify.ingest.files.streams import Stream, Streams, as_numbers, some_of
 
 EXTRA = "tables"

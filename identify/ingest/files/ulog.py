@@ -10,7 +10,7 @@ from typing import BinaryIO
 import numpy as np
 
 from bridge.errors import LogError
-from identify.ingest.files.extras import library
+from identify.ingest.files.optional_libraries import library
 from identify.ingest.files.streams import LONGEST_LIST, Stream, Streams
 
 EXTRA = "ulog"

@@ -8,7 +8,7 @@ from enum import Enum
 import numpy as np
 
 from bridge.arrays import Array
-from identify.checks.mend import Mend
+from identify.checks.mapping.mend import Mend
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
 from identify.ingest.mapping.names import named, snake

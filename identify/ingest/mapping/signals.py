@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array, Mask
 from bridge.errors import LogError
-from identify.checks.impossible import LONGEST_DIVE_S, tame
+from identify.checks.readings.impossible import LONGEST_DIVE_S, tame
 from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.commands import spread

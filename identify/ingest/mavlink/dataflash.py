@@ -16,7 +16,7 @@ from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.firmware.ardusub import ARDUSUB
 from bridge.wire.tlog import load_bytes
-from identify.checks.impossible import tame
+from identify.checks.readings.impossible import tame
 from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop

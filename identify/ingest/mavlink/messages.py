@@ -18,7 +18,7 @@ from bridge.clock import OLDEST_UNIX_S
 from bridge.errors import LogError
 from bridge.wire.framing import MAGIC_2
 from bridge.wire.silences import Silence, longest, silences, way_to_mend
-from identify.checks.impossible import WILD_S, tame
+from identify.checks.readings.impossible import WILD_S, tame
 from identify.dive import Kind, Note
 from identify.ingest.mavlink.frames import HEADER_1, HEADER_2, Fields, Frames, Rows
 

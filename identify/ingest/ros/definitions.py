@@ -7,7 +7,7 @@ from typing import Any
 
 from bridge.errors import LogError
 from bridge.files import read_small
-from identify.ingest.files.extras import library
+from identify.ingest.files.optional_libraries import library
 from identify.ingest.ros.recorded import EXTRA, Topic
 
 Fields = list[tuple[str, Any]]

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import IO
 
 from bridge.errors import LogError
-from identify.ingest.files.extras import library
+from identify.ingest.files.optional_libraries import library
 
 EXTRA = "bags"
 MOST_UNPACKED_BYTES = 1 << 30

@@ -41,7 +41,7 @@ def read_rosbag1(path: Path, wanted: Wanted) -> Iterator[Message]:
 
 
 def _outer(file: BinaryIO) -> Iterator[tuple[Fields, bytes]]:
-    """Records of the file itself; of a chunk that is cut, its beginning. Raises CutOff after the last, where it is."""
+    """Records of the file itself; of a chunk that is cut, its beginning. Raises CutOff at the cut."""
     while lead := file.read(_LENGTH.size):
         length = _length(lead)
         header = file.read(length)

@@ -9,7 +9,7 @@ from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from gcs_plugin.dives.recordings import began, bytes_of, length_s
-from identify.glance.span import Span as AxisSpan
+from identify.axis_span import Span as AxisSpan
 from tui.app.drawing import (
     NOTHING,
     SHOWN_IN,

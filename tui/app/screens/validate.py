@@ -13,9 +13,9 @@ from bridge.errors import ConfigError
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
-from identify.glance.axis_criteria import Criterion
-from identify.glance.following import CURVES, Followed
-from identify.glance.raising import BASELINE
+from identify.validation.axis_criteria import Criterion
+from identify.validation.raising import BASELINE
+from identify.validation.tracking_curves import CURVES, Followed
 from tui.app.curves import Curve, plot, seconds
 from tui.app.desk import VALIDATED, can_check
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
@@ -100,11 +100,10 @@ def runs(data: Any) -> tuple[Run, ...] | None:
 
 def _run(data: Mapping[str, Any]) -> Run:
     dive, raising = str(data["dive"]), data["raising"]
-    shown = None if raising is None else {key: raising[key] for key in ("go", "sentence", "criteria")}
     return Run(
         _short(str(data["run"]), str(data["mode"]), dive),
         dive,
-        None if shown is None else build(Verdict, shown, "raising"),
+        None if raising is None else _verdict(raising),
         {entry["axis"]: str(entry["unit"]) for entry in data["axes"]},
         {entry["axis"]: {key: real(entry[key]) for key in (*ROWS, *EFFORTS)} for entry in data["axes"]},
         tuple(Followed.from_json(entry) for entry in data["curves"]),
@@ -115,6 +114,15 @@ def _run(data: Mapping[str, Any]) -> Run:
         str(data.get("as_foretold", "")),
         str(data["mode"]),
     )
+
+
+def _verdict(raising: Mapping[str, Any]) -> Verdict:
+    criteria = [
+        {"quantity": each["what"], "passed": each["passed"], "words": each["words"]}
+        for each in raising["criteria"]
+    ]
+    shown = {"go": raising["go"], "sentence": raising["sentence"], "criteria": criteria}
+    return build(Verdict, shown, "raising")
 
 
 def _short(label: str, mode: str, dive: str) -> str:
@@ -151,7 +159,7 @@ def criteria_lines(run: Run, cells: int) -> Lines:
 
 def _label(criterion: Criterion) -> str:
     """With a colon, since some read on into their words: "thruster 1 made up for: asked as if it gave 79 %"."""
-    return f"{criterion.what}:"
+    return f"{criterion.quantity}:"
 
 
 def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:

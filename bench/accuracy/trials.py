@@ -1,0 +1,137 @@
+"""Trials of the accuracy benchmark, kept: every method's answer to every mission, and each mission's bound.
+
+A trial is a method on a seed, or the bound of a seed. Its key holds a stamp of the code that makes it, so that
+a figure of older code is never shown for the present code.
+"""
+
+import gzip
+import json
+import math
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from importlib.util import find_spec
+from pathlib import Path
+
+from bench.accuracy.trial import BOUND, OWN, bound_job, method_job
+from bench.remembered import Data, Job, Remembered
+from bench.stamp import BASELINES, LEARNT, MISSIONS, stamp
+from identify.estimators.table import METHODS as PRODUCT
+from identify.statistics import Z95
+
+ORDER = ("likelihood", "pinn", *OWN)
+SEEDS_AT_MOST = {"PySINDy weak": 100}
+"""PySINDy's weak form takes some 3 s a mission, so it is run on the short form's missions alone."""
+
+SOURCES = {
+    BOUND: (*MISSIONS, "bench/bound"),
+    "product": (*MISSIONS, *LEARNT),
+    "own": (*MISSIONS, *BASELINES),
+}
+"""Code that a trial runs through, by group; a test checks that it names every file that a trial loads."""
+
+
+@dataclass(frozen=True)
+class Stated:
+    """A coefficient as a method states it; `doubted` if the method warns of it."""
+
+    value: float
+    low95: float
+    high95: float
+    doubted: bool
+
+    @property
+    def std(self) -> float:
+        """Relative standard error: of the logarithm, as the interval is, if that is positive; NaN without an
+        interval."""
+        if not math.isfinite(self.high95 - self.low95) or self.value == 0.0:
+            return math.nan
+        if self.low95 > 0:
+            return math.log(self.high95 / self.low95) / (2 * Z95)
+        return (self.high95 - self.low95) / (2 * Z95 * abs(self.value))
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A mission, its truth by coefficient, and the least relative error of each."""
+
+    seed: int
+    kind: str
+    duration_s: float
+    truth: dict[str, float]
+    least: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A method's answer to a mission: the coefficients that it states and refuses, and its outcome in words."""
+
+    seed: int
+    method: str
+    stated: dict[str, Stated]
+    refused: tuple[str, ...]
+    outcome: str
+    seconds: float
+
+
+def available() -> tuple[str, ...]:
+    """The available methods in the page's order; PySINDy comes with the extra `bench`."""
+    baselines = [method for method in OWN if "PySINDy" not in method or find_spec("pysindy") is not None]
+    return tuple(method for method in ORDER if method in PRODUCT or method in baselines)
+
+
+def measured(seeds: Sequence[int], kept: Remembered) -> tuple[list[Bound], list[Trial]]:
+    """Bounds and trials of all seeds; those missing in `kept` are measured, one core each."""
+    jobs: dict[str, Job] = {}
+    for seed in seeds:
+        jobs[_key(BOUND, seed)] = partial(bound_job, seed)
+    for method in available():
+        for seed in _seeds_of(method, seeds):
+            jobs[_key(method, seed)] = partial(method_job, method, seed)
+    results = kept.fill(dict(sorted(jobs.items(), key=lambda job: _seed_of(job[0]))), "accuracy")
+    return known(results)
+
+
+def known(results: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
+    """Bounds and trials from their JSON by key."""
+    bounds, trials = [], []
+    for data in results.values():
+        if "least" in data:
+            bounds.append(Bound(**data))
+        else:
+            stated = {name: _stated(row) for name, row in data["stated"].items()}
+            trials.append(Trial(**{**data, "stated": stated, "refused": tuple(data["refused"])}))
+    return bounds, trials
+
+
+def _stated(row: list[float | bool | None]) -> Stated:
+    value, low95, high95 = (math.nan if number is None else float(number) for number in row[:3])
+    return Stated(value, low95, high95, bool(row[3]))
+
+
+def _seeds_of(method: str, seeds: Sequence[int]) -> Iterable[int]:
+    return seeds[: SEEDS_AT_MOST.get(method, len(seeds))]
+
+
+def _key(method: str, seed: int) -> str:
+    group = BOUND if method == BOUND else "own" if method in OWN else "product"
+    return f"{seed}:{method}:{stamp(*SOURCES[group])}"
+
+
+def _seed_of(key: str) -> int:
+    return int(key.split(":")[0])
+
+
+def pack(bounds: list[Bound], trials: list[Trial], path: Path) -> None:
+    """Write all results to a gzipped file of JSON lines; the same results give the same bytes."""
+    rows = [vars(bound) for bound in bounds]
+    for trial in trials:
+        stated = {
+            name: [coefficient.value, coefficient.low95, coefficient.high95, coefficient.doubted]
+            for name, coefficient in trial.stated.items()
+        }
+        rows.append({**vars(trial), "stated": stated})
+    rows.sort(key=lambda row: (row["seed"], str(row.get("method", ""))))
+    text = "".join(json.dumps(row) + "\n" for row in rows)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(gzip.compress(text.encode(), mtime=0))

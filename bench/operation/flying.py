@@ -1,0 +1,202 @@
+"""A plan that the simulated vehicle flies by itself against the mission that a crew flies by hand: time to know enough.
+
+The hand-flown mission is the paper's own of each configuration, identified as a whole; `seatrial fly` is asked for the
+widest interval that it leaves of any mass or damping. The
+flown vehicle is in simulated time, and its identifications take as long as they take on this computer, while it flies
+on.
+"""
+
+import tempfile
+import time
+from collections.abc import Callable, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from bench.campaigns import CONFIGURATIONS, VEHICLE
+from bench.remembered import Data, Remembered
+from bench.stamp import reached, stamp
+from bench.words import paragraph, table
+from bridge.clock import Clock
+from bridge.flight.limits import FlightLimits
+from bridge.links.link import Link
+from bridge.onboard.parameters import parameters_of
+from bridge.simulator.missions import mission_named
+from bridge.vehicle.config import VehicleFile, load_vehicle
+from gcs_plugin import simulated
+from gcs_plugin.flying.plan import FlightPlan, flight_plan
+from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, Widths
+from identify.planning.limits import START_DEPTH_M, Limits
+from identify.run.plan import before_dives, plan
+from tui.flying import recorded_crew, widths_of
+
+SOURCES = (
+    *reached("tui/flying.py", "gcs_plugin/simulated.py", "identify/run/plan.py"),
+    "bench/operation/flying.py",
+)
+LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)
+PLAN_S = 300.0
+COUNTDOWN_S = 3.0
+SEED = 8700
+HEAD = ("configuration", "dives", "asked for", "by hand", "flown", "share", "back where it began")
+KNOWN = 0.1
+"""Coefficients that the mission by hand does not tell this well are not asked for."""
+
+
+class InTurn:
+    """Identifies at once, for a vehicle in simulated time: its answer comes as much later as the work took."""
+
+    def __init__(
+        self, dive: Path, file: VehicleFile, configuration: str, clock: Clock, wall_s: Callable[[], float]
+    ) -> None:
+        self._of, self._clock, self._wall_s = (dive, str(file.path), configuration), clock, wall_s
+        self._held: tuple[float, Widths] | None = None
+        self.took_s: list[float] = []
+
+    def ask(self) -> None:
+        """Identify now."""
+        began_s = self._wall_s()
+        known = widths_of(*self._of)
+        self.took_s.append(self._wall_s() - began_s)
+        self._held = self._clock.boot_s() + self.took_s[-1], known
+
+    @property
+    def busy(self) -> bool:
+        return self._held is not None
+
+    def answer(self) -> Widths | None:
+        """The answer, once its time has come."""
+        if self._held is None or self._clock.boot_s() < self._held[0]:
+            return None
+        known, self._held = self._held[1], None
+        return known
+
+
+def page(cache: Path, dives: int) -> str:
+    """The section of docs/benchmarks.md, of so many dives of each configuration."""
+    kept = Remembered(cache / f"flying-{stamp(*SOURCES)}.jsonl")
+    jobs = {f"{c} {n}": partial(measured, c, SEED + n) for c in CONFIGURATIONS for n in range(dives)}
+    return "\n".join(lines(kept.fill(jobs, "flying")))
+
+
+def measured(configuration: str, seed: int) -> Data:
+    """A hand-flown mission and a flight until it is as well known: seconds of both, and their widths in per cent."""
+    file = load_vehicle(f"{VEHICLE}:{configuration}")
+    flown_plan = planned(configuration)
+    mission = mission_named(configuration, file.vehicle.configurations[configuration])
+    with tempfile.TemporaryDirectory() as folder:
+        hand = simulated.dive_with_pid(
+            file, configuration, mission, Path(folder), seed, time.time(), lambda _: None
+        )
+        by_hand = widths_of(hand.path, str(file.path), configuration)
+        wanted = as_well(by_hand, flown_plan.tells)
+        link, clock = simulated.afloat(file, configuration, seed, parameters_of(file, None))
+        outcome, took_s = flight(
+            link, clock, file, configuration, flown_plan, wanted, Path(folder), time.monotonic
+        )
+    return figures(mission.duration_s, by_hand, wanted, outcome, took_s)
+
+
+def as_well(by_hand: Widths, of: Sequence[str]) -> Wanted:
+    """What a flight is asked for: the widest that a mission by hand leaves `of` these, as far as it tells them to
+    KNOWN."""
+    names = tuple(name for name in of if by_hand[name] <= KNOWN)
+    return Wanted(names, max(by_hand[name] for name in names))
+
+
+def figures(hand_s: float, by_hand: Widths, wanted: Wanted, outcome: Outcome, took_s: list[float]) -> Data:
+    """Seconds of a mission by hand and of a flight until all is as well known, and the widths of both."""
+    return {
+        "hand_s": hand_s,
+        "known_s": outcome.known_s,
+        "whole_s": outcome.seconds,
+        "identify_s": float(np.mean(took_s)),
+        "share": wanted.share,
+        "hand": {name: by_hand[name] for name in wanted.names},
+        "flown": {name: outcome.widths[name] for name in wanted.names},
+    }
+
+
+def planned(configuration: str) -> FlightPlan:
+    """The plan of the configuration, from its vehicle file alone."""
+    return plan_of(load_vehicle(f"{VEHICLE}:{configuration}"), Limits())
+
+
+def plan_of(file: VehicleFile, limits: Limits, know: Sequence[str] = ()) -> FlightPlan:
+    """The plan of a vehicle file within limits, for the coefficients `know` or for all."""
+    proposal = plan(before_dives(file), limits, PLAN_S, know=know).proposal
+    return flight_plan("bench", START_DEPTH_M, [part.manoeuvre.steps for part in proposal.parts])
+
+
+def flight(
+    link: Link,
+    clock: Clock,
+    file: VehicleFile,
+    configuration: str,
+    flown_plan: FlightPlan,
+    wanted: Wanted,
+    root: Path,
+    spent_s: Callable[[], float],
+) -> tuple[Outcome, list[float]]:
+    """Fly the plan until all that is wanted is known; the seconds that each identification took, by `spent_s`."""
+    crew, recorder, folder = recorded_crew(link, file, configuration, root, clock, lambda _: None)
+    identifying = InTurn(folder.path, file, configuration, clock, spent_s)
+    try:
+        crew.find(1)
+        flying = PlanFlight(crew, flown_plan, LIMITS, wanted, identifying)
+        flying.begin(COUNTDOWN_S)
+        while not flying.over:
+            flying.step()
+    finally:
+        recorder.close()
+    return flying.outcome, identifying.took_s
+
+
+def lines(results: dict[str, Data]) -> list[str]:
+    """The section's lines."""
+    out = [
+        "## A plan that the vehicle flies by itself",
+        "",
+        *paragraph(
+            "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
+            "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
+            "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
+            "the ways to its station and the identifications beside it. Medians."
+        ),
+        "",
+    ]
+    rows = []
+    for configuration in CONFIGURATIONS:
+        data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
+        middle = {
+            key: float(np.median([d[key] for d in data])) for key in ("share", "hand_s", "known_s", "whole_s")
+        }
+        seconds = [f"{middle[key]:.0f} s" for key in ("hand_s", "known_s", "whole_s")]
+        share = f"1/{middle['hand_s'] / middle['known_s']:.1f}"
+        asked = f"{100 * middle['share']:.1f}%"
+        rows.append((configuration, len(data), asked, *seconds[:2], share, seconds[2]))
+    out += [
+        *table(HEAD, rows),
+        "",
+        "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
+        "",
+    ]
+    for configuration in CONFIGURATIONS:
+        data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
+        names = list(data[0]["hand"])
+        rows = [
+            (words, *(f"{100 * float(np.median([d[way][name] for d in data])):.2g}" for name in names))
+            for way, words in (("hand", "by hand"), ("flown", "flown"))
+        ]
+        out += [*table((configuration, *names), rows), ""]
+    mean_s = float(np.mean([d["identify_s"] for d in results.values()]))
+    out += [
+        *paragraph(
+            "Long steady laps tell the damping of an axis better than short waves do: where a damping alone must be "
+            "known that well, fly laps. Each identification of what was recorded so far took "
+            f"{mean_s:.1f} s on average, beside the flight."
+        ),
+        "",
+    ]
+    return out

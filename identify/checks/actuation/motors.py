@@ -1,0 +1,263 @@
+"""Which motors are reversed, or which two are swapped, by the recorded motion against the thrust.
+
+Each wiring that differs from the given one by reversed motors, or by one swapped pair, is tried: the velocities and the
+rate of turn should go with the thrust that it gives, behind the vehicle's lag, and their changes with its sign. It is
+named where they follow it clearly better than the given wiring. The speed alone gives no sign: a controller that brakes
+against a sea pushes against it.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bridge.arrays import Array
+from bridge.vehicle.coefficients import YAW
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import allocation_matrix
+from identify.checks.actuation.thrust_response import LAGS_S, behind
+from identify.dive import Dive, Signal
+from identify.doubt import Doubt, Outcome, coefficients_of
+from identify.forces import asked_thrusts
+from identify.statistics import left_of
+from identify.words import fixed, listed
+
+Order = NDArray[np.int64]
+
+FOLLOWS = 0.5
+"""Least correlation of a motion that follows a thrust."""
+HAS_SIGN = 0.1
+"""Least correlation of the changes."""
+CLEARLY = 0.15
+"""Margin in mean correlation over the given wiring, in the degrees of freedom that it changes, of one that is named."""
+NEAR = 0.01
+"""Margin in mean correlation within which two wirings are as good."""
+FEWEST = 60
+"""Steps of a degree of freedom that are judged."""
+LEAST_CHANGE = 0.05
+"""By how much, N or N m, a thruster's newton gives more or less in a degree of freedom that a wiring changes."""
+STEPS_S = (0.5, 1.0, 2.0)
+"""Steps over which speeds change."""
+MOST_OF_ANY = 8
+"""Motors of which any may be reversed: of more, at most two."""
+
+
+@dataclass(frozen=True)
+class Miswired:
+    """A wiring that the motion follows better than the vehicle file's: thrusters reversed, or two swapped.
+
+    reversed, swapped: their numbers in the vehicle file, from 1. follows: mean correlation of the motion with the
+    thrust of this wiring, over the degrees of freedom that follow it and that it changes; followed: with that of the
+    vehicle file's.
+    """
+
+    reversed: tuple[int, ...]
+    swapped: tuple[int, ...]
+    follows: float
+    followed: float
+
+    @property
+    def agreement(self) -> str:
+        """How well the motion follows the thrust of both wirings."""
+        return (
+            f"so wired, the recorded motion follows the thrust by {fixed(self.follows, 2)}, and by "
+            f"{fixed(self.followed, 2)} as it is"
+        )
+
+    @property
+    def problem(self) -> str:
+        numbers = listed([str(number) for number in self.reversed or self.swapped])
+        if len(self.reversed) == 1:
+            wrong = f"Thruster {numbers} pushes the other way than the vehicle file says"
+        elif self.reversed:
+            wrong = f"Thrusters {numbers} push the other way than the vehicle file says"
+        else:
+            wrong = f"Thrusters {numbers} push in each other's place"
+        return f"{wrong} ({self.agreement})"
+
+    @property
+    def mend(self) -> str:
+        if self.reversed:
+            return "turn their directions round in the vehicle file"
+        return "exchange the two in the vehicle file, or their plugs on the vehicle"
+
+
+@dataclass(frozen=True)
+class _Related:
+    """Covariances of a quantity with the thrusts (k,), and among these (k, k), and the quantity's deviation."""
+
+    with_thrust: Array
+    among: Array
+    std: float
+
+    def correlation(self, effect: Array, order: Order) -> float:
+        """With the thrusts' effect (k,), output `order` (k,) driving each."""
+        variance = float(effect @ self.among[np.ix_(order, order)] @ effect)
+        if variance <= 0:
+            return 0.0
+        return float(effect @ self.with_thrust[order] / (self.std * np.sqrt(variance)))
+
+
+@dataclass(frozen=True)
+class _Driven:
+    """Of a degree of freedom: its speed against the thrusts behind each of LAGS_S, and the change of its speed against
+    the thrusts, beyond those of the speed, over each of STEPS_S."""
+
+    dof: int
+    speed: tuple[_Related, ...]
+    change: tuple[_Related, ...]
+
+    def follows(self, effect: Array, order: Order) -> float:
+        """Correlation of the speed with the thrusts' effect (k,), output `order` (k,) driving each, at the best lag; 0
+        where it does not follow, or its changes go against it."""
+        size = max(abs(related.correlation(effect, order)) for related in self.speed)
+        sign = max((related.correlation(effect, order) for related in self.change), key=abs)
+        return size if size > FOLLOWS and sign > HAS_SIGN else 0.0
+
+
+def following(dive: Dive, file: VehicleFile, configuration_name: str) -> float:
+    """Mean correlation of the motion with the thrust of the vehicle file's wiring, over the degrees of freedom that
+    follow it; 0 for none."""
+    matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
+    order = np.arange(matrix.shape[1], dtype=np.int64)
+    follows = [each.follows(matrix[each.dof], order) for each in _driven_by(dive, file, configuration_name)]
+    return float(np.mean([value for value in follows if value > 0])) if any(follows) else 0.0
+
+
+def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired | None:
+    """The motors reversed, or the pair swapped, that the motion of a dive shows; None for none.
+
+    Motors whose sign makes no clear difference are left as they are.
+    """
+    driven = _driven_by(dive, file, configuration_name)
+    if not driven:
+        return None
+    matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
+    count = matrix.shape[1]
+    in_order = np.arange(count, dtype=np.int64)
+
+    def follows(signs: Array, order: Order) -> Array:
+        return np.array([each.follows(matrix[each.dof] * signs, order) for each in driven])
+
+    wirings = [
+        *((motors, (), _signs(motors, count), in_order) for motors in _reversals(count)),
+        *(
+            ((), pair, np.ones(count), _exchanged(pair, in_order))
+            for pair in combinations(range(1, count + 1), 2)
+        ),
+    ]
+    as_given = follows(np.ones(count), in_order)
+    each_follows = [follows(signs, order) for *_, signs, order in wirings]
+    judged = max(each_follows, key=lambda values: float(values.sum())) > 0
+    if not judged.any():
+        return None
+    rows = matrix[[each.dof for each in driven]]
+    tried: list[Miswired] = []
+    means = [float(values[judged].mean()) for values in each_follows]
+    for (motors, pair, signs, order), values in zip(wirings, each_follows, strict=True):
+        # Where the wiring changes nothing, the motion follows both alike, however wrong the given one is.
+        changed = judged & (np.abs(rows * signs - rows[:, order]).max(axis=1) > LEAST_CHANGE)
+        of = changed if changed.any() else judged
+        tried.append(Miswired(motors, pair, float(values[of].mean()), float(as_given[of].mean())))
+    top = max(means)
+    best = tried[means.index(top)]
+    if best.follows <= best.followed + CLEARLY:
+        return None
+    near = [each for each, mean in zip(tried, means, strict=True) if mean > top - NEAR]
+    if len(near) == 1:
+        return best
+    agreed = tuple(motor for motor in best.reversed if all(motor in each.reversed for each in near))
+    return next((each for each in tried if agreed and each.reversed == agreed), None)
+
+
+def miswired_doubts(dive: Dive, file: VehicleFile, configuration_name: str) -> tuple[Doubt, ...]:
+    """A doubt about all masses and dampings where the motion contradicts the thrusters' wiring."""
+    wrong = miswired(dive, file, configuration_name)
+    if wrong is None:
+        return ()
+    return (Doubt(coefficients_of(range(6)), wrong.problem, f"{wrong.mend}.", Outcome.DISAGREES),)
+
+
+def _reversals(count: int) -> Iterator[tuple[int, ...]]:
+    """Sets of motors, numbers from 1, that may be reversed together."""
+    most = count if count <= MOST_OF_ANY else 2
+    for size in range(1, most + 1):
+        yield from combinations(range(1, count + 1), size)
+
+
+def _signs(motors: Sequence[int], count: int) -> Array:
+    return np.where(np.isin(np.arange(1, count + 1), motors), -1.0, 1.0)
+
+
+def _exchanged(pair: tuple[int, ...], order: Order) -> Order:
+    first, second = pair[0] - 1, pair[1] - 1
+    exchanged = order.copy()
+    exchanged[[first, second]] = order[[second, first]]
+    return exchanged
+
+
+def _driven_by(dive: Dive, file: VehicleFile, configuration_name: str) -> list[_Driven]:
+    if dive.thruster_commands is None:
+        return []
+    thrust = asked_thrusts(dive, file, configuration_name)
+    if thrust.value.shape[1] < len(file.vehicle.configurations[configuration_name].thrusters):
+        return []
+    return [each for dof, speed in _speeds(dive) if (each := _driven(dof, speed, thrust))]
+
+
+def _speeds(dive: Dive) -> Iterator[tuple[int, Signal]]:
+    """Velocities and rate of turn (n, 1) by degree of freedom."""
+    if dive.velocity is not None:
+        for dof in range(3):
+            yield dof, Signal(dive.velocity.time_s, dive.velocity.value[:, dof : dof + 1])
+    if dive.yaw_rate is not None:
+        yield YAW, dive.yaw_rate
+
+
+def _driven(dof: int, speed: Signal, thrust: Signal) -> _Driven | None:
+    known = np.isfinite(speed.value[:, 0])
+    known &= (speed.time_s >= thrust.time_s[0]) & (speed.time_s <= thrust.time_s[-1])
+    value, at_s = speed.value[known, 0], speed.time_s[known]
+    if len(value) < FEWEST or np.std(value) == 0.0:
+        return None
+    step_s = np.diff(thrust.time_s, append=thrust.time_s[-1])
+    behind_lag = (
+        [np.interp(at_s, thrust.time_s, behind(column, step_s, lag_s)) for column in thrust.value.T]
+        for lag_s in LAGS_S
+    )
+    always = np.ones((len(value), 1))
+    lagged = tuple(_related(value, np.column_stack(columns), always) for columns in behind_lag)
+    steps = tuple(step for step_s in STEPS_S if (step := _over_steps(value, at_s, thrust, step_s)))
+    return _Driven(dof, lagged, steps) if steps else None
+
+
+def _over_steps(value: Array, at_s: Array, thrust: Signal, step_s: float) -> _Related | None:
+    """The change of a speed (n,) against the thrusts over steps of that length; None for too few steps."""
+    bins = np.floor((at_s - at_s[0]) / step_s).astype(np.int64)
+    count = np.bincount(bins)
+    mean = np.bincount(bins, value) / np.maximum(count, 1)
+    full = (count[1:] > 0) & (count[:-1] > 0)
+    if np.count_nonzero(full) < FEWEST:
+        return None
+    middle_s = at_s[0] + step_s * (np.flatnonzero(full) + 0.5)
+    pushed = np.cumsum(thrust.value[:-1] * np.diff(thrust.time_s)[:, None], axis=0)
+    pushed = np.vstack([np.zeros(thrust.value.shape[1]), pushed])
+    force = np.column_stack(
+        [
+            np.interp(middle_s + step_s, thrust.time_s, column) - np.interp(middle_s, thrust.time_s, column)
+            for column in pushed.T
+        ]
+    )
+    speed = 0.5 * (mean[1:] + mean[:-1])[full]
+    alike = np.column_stack([np.ones(len(speed)), speed, speed * np.abs(speed)])
+    return _related(np.diff(mean)[full], force, alike)
+
+
+def _related(value: Array, force: Array, beyond: Array) -> _Related:
+    """A quantity (n,) against forces (n, k), both beyond some columns (n, m)."""
+    value, force = left_of(beyond, value), left_of(beyond, force)
+    return _Related(
+        force.T @ value / len(value), force.T @ force / len(value), max(float(np.std(value)), 1e-300)
+    )

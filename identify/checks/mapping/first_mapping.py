@@ -1,0 +1,377 @@
+"""Contradictions of a recording with physics whose mend is likely: signs, axes, units and frames of its columns.
+
+Coarse checks of a file that somebody maps for the first time, each with its evidence and its mend; `heading`,
+`levelling` and `descent` measure finer ones. Both sides of a comparison are changes over windows, without their mean,
+so that a sensor's bias and a steady drift do not matter.
+"""
+
+import math
+
+import numpy as np
+
+from bridge.vehicle.config import GRAVITY_M_S2
+from identify.checks.mapping.frames import earth_mends, pushes_of, speed_mends, wrench_mends
+from identify.checks.mapping.mend import FLU, Mend, mended, scaled
+from identify.checks.sensors.correlation import (
+    CLEAR,
+    NEAR_UNIT,
+    NEARER_UNIT,
+    UNCLEAR,
+    Match,
+    readings,
+    unit_factor,
+)
+from identify.checks.sensors.sensor_pairs import (
+    PASCALS_PER_METRE,
+    pressure_match,
+    rise_match,
+    tilt_match,
+    turn_table,
+)
+from identify.dive import Dive
+from identify.ingest.mapping.ranges import STEADY
+from identify.ingest.mapping.units import AIR_PA, FOOT_M, INCH_M, UNITS
+from identify.words import listed
+
+LEAST_BETTER = 0.2
+"""Least advantage in correlation of the better of two frames."""
+
+DEGREES = 180.0 / math.pi
+LENGTHS = {
+    100.0: "centimetres", 1000.0: "millimetres", 1 / FOOT_M: "feet", 1 / INCH_M: "inches", 0.01: "", 0.001: "",
+    FOOT_M: "",
+}  # fmt: skip
+"""Ratios of a depth to its metres that are of a unit, and the unit of the column, if it is the depth's."""
+
+PRESSURES = {
+    theirs / ours: f"{unit} taken for {taken}"
+    for taken, ours in reversed(UNITS["pressure"].items())
+    for unit, theirs in reversed(UNITS["pressure"].items())
+    if theirs != ours and "mbar" not in (unit, taken)
+}
+"""Factors from a pressure in a wrong unit to the right, and an example of such units."""
+
+FITS_AIR = 0.5
+"""Part of the air's pressure within which depth and pressure agree in the absolute."""
+
+FASTEST_M_S = 4.0
+
+_MEANT = {
+    "velocity": "the velocity",
+    "gyro": "the gyro",
+    "attitude": "the attitude",
+    "specific_force": "the accelerometer",
+    "depth": "the depth",
+}
+_AXES = "x", "y", "z"
+
+
+def mends(dive: Dive) -> tuple[Mend, ...]:
+    """The mends after which a recording contradicts physics no more, as far as these checks see; each in turn."""
+    made: list[Mend] = []
+    checks = (
+        _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _turned_force, _frames, _angles, _turns,
+        earth_mends, speed_mends, _heave, _pushes, wrench_mends,
+    )  # fmt: skip
+    for check in checks:
+        for mend in check(dive):
+            dive = mended(dive, mend)
+            made.append(mend)
+    return tuple(made)
+
+
+def _gravity(dive: Dive) -> tuple[Mend, ...]:
+    """Specific force whose size is gravity in another unit."""
+    force = readings(dive.specific_force)
+    if force is None:
+        return ()
+    usual = float(np.median(np.linalg.norm(force.value, axis=1)))
+    if np.linalg.norm(np.median(force.value, axis=0)) < STEADY * usual:
+        return ()
+    for unit, factor in (("g", GRAVITY_M_S2), ("mg", GRAVITY_M_S2 / 1000), ("m/s2", 1 / GRAVITY_M_S2)):
+        if GRAVITY_M_S2 / NEAR_UNIT < usual * factor < GRAVITY_M_S2 * NEAR_UNIT and not _is_gravity(usual):
+            problem = f"The accelerometer usually reads {usual:.3g} m/s2, and at rest 9.8 is right: its unit is {unit}"
+            return (scaled("specific_force", (factor,) * 3, problem),)
+    return ()
+
+
+def _is_gravity(size: float) -> bool:
+    return GRAVITY_M_S2 / NEAR_UNIT < size < GRAVITY_M_S2 * NEAR_UNIT
+
+
+def _depth_below(dive: Dive) -> tuple[Mend, ...]:
+    depth = readings(dive.depth)
+    if depth is None:
+        return ()
+    low, high = np.quantile(depth.value, (0.05, 0.95)).tolist()
+    if not (np.median(depth.value) < 0 and -low > 3 * max(high, 0.0)):
+        return ()
+    problem = f"Most depths are below 0 (down to {low:.3g} m), so z points up"
+    return (scaled("depth", (-1.0,), problem),)
+
+
+def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:
+    """Depth that changes as pressure does, by another unit."""
+    match = pressure_match(dive)
+    if match is None or abs(match.correlation) < CLEAR:
+        return ()
+    factor = unit_factor(match.ratio, tuple(LENGTHS))
+    if factor is None and match.ratio > 0:
+        return ()
+    mend = (factor or 1.0) if match.ratio > 0 else -(factor or 1.0)
+    problem = (
+        f"Depth changes by {match.ratio:.3g} times what pressure comes to (correlation {match.correlation:.2f}), so "
+        f"{_unit_words('its unit or sign is not as taken', LENGTHS, factor)}"
+    )
+    return (scaled("depth", (mend,), problem),)
+
+
+def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
+    """Pressure in another unit, or from the surface, as depth tells by its changes and in the absolute."""
+    match, depth, pressure = pressure_match(dive), readings(dive.depth), readings(dive.pressure)
+    if match is None or match.correlation < CLEAR or depth is None or pressure is None:
+        return ()
+    deep_m, over_pa = float(np.median(depth.value)), float(np.median(pressure.at(depth.time_s)))
+    as_it_is = over_pa - PASCALS_PER_METRE * deep_m / match.ratio
+    if abs(as_it_is - AIR_PA) < FITS_AIR * AIR_PA:
+        return ()
+    changes = f"Depth changes by {match.ratio:.3g} times what pressure comes to"
+    for factor, unit in {1.0: "", **PRESSURES}.items():
+        if not factor / NEARER_UNIT < match.ratio < factor * NEARER_UNIT:
+            continue
+        in_unit = f", as {unit}" if unit else ""
+        at_surface = factor * over_pa - PASCALS_PER_METRE * deep_m
+        if unit and abs(at_surface - AIR_PA) < FITS_AIR * AIR_PA:
+            return (scaled("pressure", (factor,), f"{changes}{in_unit}"),)
+        if abs(at_surface) < FITS_AIR * AIR_PA:
+            problem = f"{changes}{in_unit}, and it is 0 at the surface: it counts from the surface"
+            return (scaled("pressure", (factor,), problem, offset=AIR_PA),)
+    return ()
+
+
+def _unit_words(otherwise: str, units: dict[float, str], factor: float | None) -> str:
+    """What a factor says of a unit; `otherwise` where it is of none that has a name."""
+    name = next(
+        (unit for ratio, unit in units.items() if factor and unit and math.isclose(1 / factor, ratio)), ""
+    )
+    return f"it is in {name}" if name else otherwise
+
+
+def _frames(dive: Dive) -> tuple[Mend, ...]:
+    """Signals in axes forward, left, up, by gravity, by each other and by depth.
+
+    Such a log agrees with itself, so only gravity and depth tell its frame; signals that nothing tells of are taken
+    to be in the frame of the others if all of those agree.
+    """
+    frames: dict[str, bool] = {}
+    proof: dict[str, str] = {}
+    force, table = readings(dive.specific_force), turn_table(dive)
+    if force is not None and _is_gravity(abs(float(np.median(force.value[:, 2])))):
+        up = float(np.median(force.value[:, 2]))
+        frames["specific_force"] = up > 0
+        proof["specific_force"] = f"the accelerometer's z shows {up:+.2f} m/s2, and {-abs(up):+.2f} is right"
+    tilt = tilt_match(dive)
+    if "specific_force" in frames and tilt is not None and abs(tilt.correlation) > CLEAR:
+        frames["attitude"] = tilt.correlation < 0
+        proof["attitude"] = f"pitch against the accelerometer's x has {tilt.words}"
+    fallen = _fallen(_half_turned(dive, "attitude") if frames.get("attitude") else dive)
+    if fallen is not None:
+        frames["velocity"], proof["velocity"] = fallen
+    mirror = _mirror(table)
+    if mirror is not None:
+        is_mirrored, words = mirror
+        by_force = frames.get("specific_force")
+        if "attitude" in frames:
+            frames["gyro"] = frames["attitude"] is not is_mirrored
+            proof["gyro"] = words
+        elif is_mirrored or (by_force is not None and frames.get("velocity", by_force) is by_force):
+            # A gyro lies in the case of its accelerometer. Where gyro and attitude agree and the velocity is in another
+            # frame than the accelerometer, nothing tells whose theirs is, and they are left alone.
+            frames["gyro"] = bool(by_force)
+            frames["attitude"] = frames["gyro"] is not is_mirrored
+            proof["attitude"] = proof["gyro"] = words
+    turned = {name for name, is_flu in frames.items() if is_flu}
+    if turned and turned == set(frames):
+        turned |= dive.signals().keys() & {"velocity", "gyro", "attitude", "specific_force"}
+    return tuple(_turned(name, proof) for name in _MEANT if name in turned)
+
+
+def _turned_force(dive: Dive) -> tuple[Mend, ...]:
+    """Gravity and the acceleration against it, in place of specific force: all three axes are turned round.
+
+    By gravity and the attitude alone, that looks like axes forward, left, up; the velocity's change tells the two
+    apart.
+    """
+    force = readings(dive.specific_force)
+    if force is None or float(np.median(force.value[:, 2])) < 0:
+        return ()
+    turned = mended(dive, Mend("specific_force", (-1.0,) * 3))
+    pushes, tilt = pushes_of(turned), tilt_match(turned)
+    known = [match for match in (tilt, *(pushes.by_sign() if pushes else ())) if match is not None]
+    if len(known) < 3 or min(match.correlation for match in known) < CLEAR:
+        return ()
+    least = min(match.correlation for match in known)
+    problem = (
+        f"The accelerometer's z shows {np.median(force.value[:, 2]):+.2f} m/s2, and turned round all three axes go "
+        f"with pitch and with the velocity's change (correlation {least:.2f} at least): it reads gravity, not what "
+        "holds against it"
+    )
+    return (scaled("specific_force", (-1.0,) * 3, problem),)
+
+
+def _fallen(dive: Dive) -> tuple[bool, str] | None:
+    """Whether depth follows the velocity as one in FLU, and the evidence; None if that is unclear."""
+    matches = rise_match(dive), rise_match(_half_turned(dive, "velocity"))
+    if matches[0] is None or matches[1] is None:
+        return None
+    as_it_is, as_flu = matches[0].correlation, matches[1].correlation
+    best, other = max(as_it_is, as_flu), min(as_it_is, as_flu)
+    if best < CLEAR or best - other < LEAST_BETTER:
+        return None
+    return as_flu > as_it_is, f"depth follows it with correlation {best:.2f}, and {other:.2f} otherwise"
+
+
+def _half_turned(dive: Dive, name: str) -> Dive:
+    """The dive with a signal turned between FLU and FRD; as it is without that signal."""
+    return mended(dive, Mend(name, FLU, "", "")) if name in dive.signals() else dive
+
+
+def _turned(name: str, proof: dict[str, str]) -> Mend:
+    others = [_MEANT[each] for each in proof]
+    why = proof.get(name, f"so {'is' if len(others) == 1 else 'are'} {listed(others)}")
+    problem = f"{_MEANT[name].capitalize()} is in axes forward, left, up (FLU, as in ROS), not FRD: {why}"
+    if name == "attitude":
+        remedy = "multiply `scale` of `euler` by [1, -1, -1], of `quaternion` by [1, 1, -1, -1]"
+        return Mend(name, FLU, problem, remedy)
+    return scaled(name, FLU, problem)
+
+
+def _angles(dive: Dive) -> tuple[Mend, ...]:
+    """Roll and pitch in radians with a heading in degrees, by the gyro."""
+    table = turn_table(dive)
+    matches = [table[axis][axis] for axis in range(3)] if table else []
+    clear = [match for match in matches if match is not None and abs(match.correlation) > CLEAR]
+    units = [unit_factor(match.ratio, (1 / DEGREES, 1.0)) for match in clear]
+    if len(clear) < 3 or units != [DEGREES, DEGREES, 1.0]:
+        return ()
+    evidence = "; ".join(f"{axis}: {match.words}" for axis, match in zip(_AXES, clear, strict=True))
+    factors = (DEGREES, DEGREES, 1.0)
+    remedy = f"multiply `scale` of `euler` by [{DEGREES:.5g}, {DEGREES:.5g}, 1]"
+    problem = f"The attitude turns as the gyro says about z alone ({evidence}): roll and pitch are in radians"
+    return (Mend("attitude", factors, problem, remedy),)
+
+
+def _turns(dive: Dive) -> tuple[Mend, ...]:
+    """Gyro against the attitude's turning: swapped axes, signs, degrees."""
+    table = turn_table(dive)
+    if table is None:
+        return ()
+    order = _order(table)
+    matches = [table[axis][order[axis]] for axis in range(3)]
+    clear = {axis: m for axis, m in enumerate(matches) if m is not None and abs(m.correlation) > CLEAR}
+    factors = [1.0, 1.0, 1.0]
+    for axis, match in clear.items():
+        factors[axis] = math.copysign(1.0, match.ratio)
+    ratios = [abs(match.ratio) for match in clear.values()]
+    unit = unit_factor(float(np.median(ratios)), (DEGREES, 1 / DEGREES)) if ratios else None
+    # unit_factor mends the attitude; here the gyro is mended.
+    factors = [factor / (unit or 1.0) for factor in factors]
+    if order == (0, 1, 2) and factors == [1.0, 1.0, 1.0]:
+        return ()
+    wrong = [
+        *(["its axes are swapped"] if order != (0, 1, 2) else []),
+        *(
+            [f"its sign about {' and '.join(_AXES[a] for a in clear if factors[a] < 0)} is turned round"]
+            if min(factors) < 0
+            else []
+        ),
+        *(
+            ["it is in degrees, or the attitude is" if unit and unit > 1 else "its unit is not as taken"]
+            if unit
+            else []
+        ),
+    ]
+    evidence = "; ".join(f"{_AXES[axis]}: {match.words}" for axis, match in clear.items())
+    problem = f"The gyro contradicts how the attitude turns ({evidence}): {' and '.join(wrong)}"
+    return (scaled("gyro", factors, problem, order if order != (0, 1, 2) else ()),)
+
+
+def _heave(dive: Dive) -> tuple[Mend, ...]:
+    """Depth against the downward velocity: the unit of either."""
+    match = rise_match(dive)
+    if match is None or abs(match.correlation) < CLEAR:
+        return ()
+    unit = unit_factor(abs(match.ratio), tuple(LENGTHS))
+    if unit is None:
+        return ()
+    velocity = readings(dive.velocity)
+    fast = velocity is not None and np.quantile(np.abs(velocity.value), 0.95) > FASTEST_M_S
+    by_pressure = pressure_match(dive)
+    is_borne_out = dive.depth is None or (
+        by_pressure is not None and 1 / NEAR_UNIT < by_pressure.ratio < NEAR_UNIT
+    )
+    signal = "velocity" if is_borne_out or (fast and unit > 1) else "depth"
+    factors = (1 / unit,) * 3 if signal == "velocity" else (unit,)
+    words = f"the unit of {_MEANT[signal]} is not as taken"
+    if signal == "depth":
+        words = _unit_words(words, LENGTHS, unit)
+    elif math.isclose(unit, 1 / FOOT_M):
+        words = "the velocity is in ft/s"
+    problem = (
+        f"Depth changes by {match.ratio:.3g} times what the downward velocity comes to (correlation "
+        f"{match.correlation:.2f}), so {words}"
+    )
+    return (scaled(signal, factors, problem),)
+
+
+def _pushes(dive: Dive) -> tuple[Mend, ...]:
+    """The velocity's change along x and y against the accelerometer: its signs."""
+    pushes = pushes_of(dive)
+    compared = pushes.by_sign() if pushes else ()
+    wrong = {axis: m for axis, m in enumerate(compared) if m is not None and m.correlation < -CLEAR}
+    if not wrong:
+        return ()
+    factors = tuple(-1.0 if axis in wrong else 1.0 for axis in range(3))
+    evidence = "; ".join(f"{_AXES[axis]}: {match.words}" for axis, match in wrong.items())
+    if set(wrong) == {1} and _fallen(dive) is None:
+        # Axes forward, left, up are likelier than a mirror image, and nothing tells of z.
+        return (_turned("velocity", {"velocity": f"it changes against the accelerometer ({evidence})"}),)
+    problem = (
+        f"The velocity changes against the accelerometer ({evidence}), so its sign along "
+        f"{' and '.join(_AXES[axis] for axis in wrong)} is turned round"
+    )
+    return (scaled("velocity", factors, problem),)
+
+
+def _mirror(table: tuple[tuple[Match | None, ...], ...] | None) -> tuple[bool, str] | None:
+    """Whether pitch and yaw of the gyro have the other sign than the attitude's, and the evidence; None if unclear."""
+    if table is None:
+        return None
+    clear = {k: m for k in range(3) if (m := table[k][k]) is not None and abs(m.correlation) > CLEAR}
+    signs = {axis: match.correlation > 0 for axis, match in clear.items()}
+    least = min((abs(match.correlation) for match in clear.values()), default=0.0)
+    about = ", ".join(_AXES[axis] for axis in clear)
+    if signs and all(signs.values()):
+        return False, f"gyro and attitude turn alike about {about} (correlation {least:.2f} at least)"
+    # Two axes at least: a single turned sign is no frame.
+    if {1, 2} <= signs.keys() and not (signs[1] or signs[2]) and signs.get(0, True):
+        return (
+            True,
+            f"gyro and attitude turn against each other about y and z (correlation -{least:.2f} at least)",
+        )
+    return None
+
+
+def _order(table: tuple[tuple[Match | None, ...], ...]) -> tuple[int, int, int]:
+    """Of the gyro, the columns that turn about x, y and z: swapped if two are plainly each other's."""
+
+    def alike(axis: int, column: int) -> float:
+        match = table[axis][column]
+        return 0.0 if match is None else abs(match.correlation)
+
+    for a, b in ((0, 1), (1, 2), (0, 2)):
+        if min(alike(a, b), alike(b, a)) > CLEAR and max(alike(a, a), alike(b, b)) < UNCLEAR:
+            swapped = [0, 1, 2]
+            swapped[a], swapped[b] = b, a
+            return swapped[0], swapped[1], swapped[2]
+    return 0, 1, 2

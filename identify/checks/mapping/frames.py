@@ -1,0 +1,181 @@
+"""Frames: whether the velocity is in earth axes, with its unit, and whether a wrench is in forward, left, up.
+
+The velocity's change is held against the accelerometer. The motion goes against a wrench where that turns round.
+"""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from bridge.arrays import Array
+from bridge.vehicle.config import GRAVITY_M_S2
+from identify.checks.mapping.mend import FLU, Mend, mended, scaled
+from identify.checks.sensors.correlation import (
+    CLEAR,
+    EDGE_S,
+    NEARER_UNIT,
+    UNCLEAR,
+    WINDOW_S,
+    Match,
+    matched,
+    readings,
+    window_edges,
+)
+from identify.checks.sensors.scales import edge_means, integral
+from identify.dive import Dive, Signal
+from identify.ingest.mapping.units import FOOT_M, KNOT_M_S
+from identify.ingest.rotation import attitude_at, to_body
+
+LEAST_PUSH_M_S2 = 0.02
+"""Spread of an acceleration over windows below which noise may move it."""
+
+SPEEDS = {100.0: "cm/s", 1000.0: "mm/s", 1 / FOOT_M: "ft/s", 1 / KNOT_M_S: "knots", 3.6: "km/h"}
+"""Velocities per m/s in other units."""
+
+SPEED_CLEAR = 0.9
+"""Correlation from which a velocity's size is judged by an acceleration: with more noise, it seems half too large."""
+
+EAST_FIRST, UP = (1, 0, 2), (1.0, 1.0, -1.0)
+"""Order and factors that make north, east, down of columns of east, north, up."""
+EARTH: tuple[tuple[tuple[float, ...], tuple[int, ...], str], ...] = (
+    ((1.0, 1.0, 1.0), (), "north, east, down"),
+    (UP, EAST_FIRST, "east, north, up"),
+    ((1.0, -1.0, -1.0), (), "those of the attitude, with z up"),
+    ((-1.0, 1.0, 1.0), EAST_FIRST, "east, north, up"),
+)
+"""Factors and order of columns in earth axes to make them north, east, down, and the axes in words. The last is of
+columns whose y and z were turned round before."""
+
+
+@dataclass(frozen=True)
+class Pushes:
+    """Over windows (n, 3), m/s2 in body axes: the velocity's change, that by turning alone, and the
+    accelerometer's reading, less gravity."""
+
+    moved: Array
+    turning: Array
+    felt: Array
+
+    def by_sign(self) -> tuple[Match | None, Match | None]:
+        """Along x and y. The turning of an axis holds the other velocities alone, so it does not hide the sign of its
+        own."""
+        return self._matched(self.moved, self.felt - self.turning)
+
+    def by_size(self) -> tuple[Match | None, Match | None]:
+        """Along x and y, both sides of which grow with the unit of the velocity, or not at all."""
+        return self._matched(self.moved + self.turning, self.felt)
+
+    def _matched(self, seen: Array, said: Array) -> tuple[Match | None, Match | None]:
+        along_x, along_y = (matched(seen[:, axis], said[:, axis], LEAST_PUSH_M_S2) for axis in (0, 1))
+        return along_x, along_y
+
+
+def pushes_of(dive: Dive) -> Pushes | None:
+    """None without all four signals, or for a short dive."""
+    force, velocity = readings(dive.specific_force), readings(dive.velocity)
+    gyro, attitude = readings(dive.gyro), readings(dive.attitude)
+    if force is None or velocity is None or gyro is None or attitude is None:
+        return None
+    edges_s = window_edges((force, velocity, attitude))
+    if edges_s is None:
+        return None
+    middle_s = 0.5 * (edges_s[1:] + edges_s[:-1])
+    gravity = to_body(attitude_at(attitude, middle_s), np.tile((0.0, 0.0, GRAVITY_M_S2), (len(middle_s), 1)))
+    read = np.diff(
+        np.column_stack([integral(force.time_s, force.value[:, k], edges_s) for k in range(3)]), axis=0
+    )
+    at_edges = edge_means(velocity.time_s, velocity.value, edges_s, EDGE_S)
+    return Pushes(
+        np.diff(at_edges, axis=0) / WINDOW_S,
+        np.cross(gyro.at(middle_s), velocity.at(middle_s)),
+        read / WINDOW_S + gravity,
+    )
+
+
+def speed_mends(dive: Dive) -> tuple[Mend, ...]:
+    """A velocity in another unit."""
+    pushes = pushes_of(dive)
+    ratios = [
+        abs(match.ratio)
+        for match in (pushes.by_size() if pushes else ())
+        if match is not None and abs(match.correlation) > SPEED_CLEAR
+    ]
+    if not ratios:
+        return ()
+    ratio = float(np.median(ratios))
+    unit = min(SPEEDS, key=lambda each: abs(math.log(ratio / each)))
+    if not unit / NEARER_UNIT < ratio < unit * NEARER_UNIT:
+        return ()
+    problem = f"The velocity changes by {ratio:.3g} times what the accelerometer comes to, so it is in {SPEEDS[unit]}"
+    return (scaled("velocity", (1 / unit,) * 3, problem),)
+
+
+def earth_mends(dive: Dive) -> tuple[Mend, ...]:
+    """A velocity in earth axes, which changes as the accelerometer says once the attitude has turned it."""
+    as_it_is = _least(dive)
+    if as_it_is is None or as_it_is > UNCLEAR:
+        return ()
+    ways = [Mend("velocity", factors, order=order, frame="NED") for factors, order, _ in EARTH]
+    turned = [_least(mended(dive, mend)) or 0.0 for mend in ways]
+    best = int(np.argmax(turned))
+    if turned[best] < CLEAR:
+        return ()
+    factors, order, name = EARTH[best]
+    problem = (
+        f"The velocity does not change as the accelerometer says (correlation {as_it_is:.2f}), but does so when the "
+        f"attitude turns it ({turned[best]:.2f}): it is in earth axes, {name}"
+    )
+    return (scaled("velocity", factors, problem, order, frame="NED"),)
+
+
+def _least(dive: Dive) -> float | None:
+    """The least correlation of x and y; None if either is unclear."""
+    pushes = pushes_of(dive)
+    known = [match.correlation for match in (pushes.by_sign() if pushes else ()) if match is not None]
+    return min(known) if len(known) == 2 else None
+
+
+MIRRORED, KEPT = (1, 2, 4, 5), (0, 3)
+"""Sway, heave, pitch and yaw, which turn round between forward, left, up and forward, right, down; and the others."""
+
+NAMES = "X", "Y", "Z", "K", "M", "N"
+
+
+def wrench_mends(dive: Dive) -> tuple[Mend, ...]:
+    """A wrench in axes forward, left, up: against the motion where that turns round, and nowhere else."""
+    wrench = readings(dive.tau_cmd)
+    if wrench is None:
+        return ()
+    follows: dict[int, float] = {}
+    for first, moved in ((0, readings(dive.velocity)), (3, readings(dive.gyro))):
+        if moved is not None:
+            follows |= {first + k: _follows(wrench, moved, first + k, k) for k in range(3)}
+    against = {dof: by for dof, by in follows.items() if by < -CLEAR}
+    if not against or set(against) & {*KEPT} or any(follows.get(dof, 0.0) > CLEAR for dof in MIRRORED):
+        return ()
+    evidence = ", ".join(f"{NAMES[dof]} {by:.2f}" for dof, by in against.items())
+    problem = (
+        "The wrench is in axes forward, left, up (FLU, as in ROS), not FRD: the motion goes against it (correlation of "
+        f"{evidence})"
+    )
+    return (scaled("tau_cmd", FLU * 2, problem),)
+
+
+def _follows(wrench: Signal, moved: Signal, dof: int, axis: int) -> float:
+    """Correlation of a force, means over windows, with its least-squares fit by inertia, drag and a steady part;
+    negative if both oppose it, 0 if unclear."""
+    edges_s = window_edges((wrench, moved))
+    if edges_s is None:
+        return 0.0
+    force = np.diff(integral(wrench.time_s, wrench.value[:, dof], edges_s)) / WINDOW_S
+    speed = edge_means(moved.time_s, moved.value, edges_s, EDGE_S)[:, axis]
+    parts = np.column_stack([np.diff(speed), 0.5 * (speed[1:] + speed[:-1]), np.ones(len(force))])
+    known = np.isfinite(parts).all(axis=1) & np.isfinite(force)
+    parts, force = parts[known], force[known]
+    if len(force) < parts.shape[1] or not (force.std() and parts[:, 0].std()):
+        return 0.0
+    size = np.linalg.lstsq(parts, force, rcond=None)[0]
+    if size[0] * size[1] < 0:
+        return 0.0
+    return float(np.sign(size[0]) * np.corrcoef(parts @ size, force)[0, 1])

@@ -1,0 +1,1 @@
+"""Readings to leave out (`frozen`, `impossible`), and `missing_signals`."""

@@ -1,0 +1,101 @@
+"""Lists what a recording lacks and which parameters therefore can't be identified from it, as sentences."""
+
+import numpy as np
+
+from bridge.arrays import Array
+from bridge.vehicle.coefficients import DOFS, HEAVE
+from identify.checks.readings.frozen import axis_key
+from identify.dive import Dive
+from identify.ingest.commands import unknown_between
+from identify.words import axes_named
+
+SLOWEST_VELOCITY_HZ = 2.0
+SLOWEST_GYRO_HZ = 5.0
+SHORTEST_GAP_S = 2.0
+
+
+def missing_signals(dive: Dive) -> tuple[str, ...]:
+    """A sentence for each signal that is missing or comes too rarely."""
+    level = (
+        () if dive.attitude is not None else ("No attitude is recorded: the vehicle is taken to be level.",)
+    )
+    return (*_velocity(dive), *_rates(dive), *_forces(dive), *level)
+
+
+def _velocity(dive: Dive) -> list[str]:
+    signal = dive.velocity
+    if signal is None or not np.isfinite(signal.value).any():
+        verb = "left" if "velocity" in dive.frozen else "recorded"
+        if dive.depth is None and dive.pressure is None:
+            return [f"No velocity is {verb}: mass and damping in surge, sway and heave can't be identified."]
+        return [
+            f"No velocity is {verb}: mass and damping in surge and sway can't be identified, those in heave by depth "
+            "alone."
+        ]
+    notes = []
+    if signal.rate_hz < SLOWEST_VELOCITY_HZ:
+        notes.append(f"Velocity comes at {signal.rate_hz:.1f} Hz, too slow to identify masses.")
+    axes = np.isfinite(signal.value).any(axis=0)
+    if not axes.all():
+        notes.append(_lacking(dive, np.flatnonzero(axes).tolist(), np.flatnonzero(~axes).tolist()))
+    unknown = ~np.isfinite(signal.value[:, axes]).all(axis=1)
+    for axis in DOFS[:3]:
+        for start_s, end_s in dive.frozen.get(axis_key("velocity", axis), ()):
+            unknown &= (signal.time_s < start_s) | (signal.time_s > end_s)
+    share = float(np.mean(unknown))
+    if share > 0.01:
+        notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
+    return notes
+
+
+def _lacking(dive: Dive, known: list[int], lacking: list[int]) -> str:
+    """A sentence on the axes of the velocity that no sample tells."""
+    by_depth = HEAVE in lacking and (dive.depth is not None or dive.pressure is not None)
+    untold = [dof for dof in lacking if not (dof == HEAVE and by_depth)]
+    cannot = [f"mass and damping in {axes_named(untold)} can't be identified"] if untold else []
+    if by_depth:
+        cannot.append(f"{'those' if untold else 'mass and damping'} in heave by depth alone")
+    return f"Velocity is known in {axes_named(known)} alone: {', '.join(cannot)}."
+
+
+def _rates(dive: Dive) -> list[str]:
+    fastest = max((s.rate_hz for s in (dive.gyro, dive.fog) if s is not None), default=0.0)
+    verb = "left" if {"gyro", "fog"} & dive.frozen.keys() else "recorded"
+    if fastest == 0.0:
+        if dive.attitude is not None:
+            return [
+                f"No rate of turn is {verb}: inertias and dampings in roll, pitch and yaw are identified by the "
+                f"attitude alone, at {dive.attitude.rate_hz:.1f} Hz."
+            ]
+        return [f"No rate of turn is {verb}: inertia and damping in yaw can't be identified."]
+    if fastest < SLOWEST_GYRO_HZ:
+        return [f"Rates of turn come at {fastest:.1f} Hz, too slow to identify inertia in yaw."]
+    return []
+
+
+def _forces(dive: Dive) -> list[str]:
+    recorded = (dive.thruster_commands, dive.effort, dive.tau_cmd)
+    signal = next((commands for commands in recorded if commands is not None), None)
+    if signal is None:
+        return ["Neither thruster commands nor wrenches are recorded: nothing can be identified."]
+    notes = []
+    if unknown_between(dive, signal):
+        notes.append(
+            f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them where a "
+            "faster loop sends them: what they do there is taken for a noise then. Record them at 20 Hz or more."
+        )
+    hole = longest_gap_s(signal.time_s)
+    if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
+        notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
+    if never_armed(dive):
+        notes.append("The vehicle was never armed in this recording: the thrusters did not push.")
+    return notes
+
+
+def never_armed(dive: Dive) -> bool:
+    """Whether a recording that tells of arming shows the vehicle disarmed all the time."""
+    return dive.armed is not None and not (dive.armed.value > 0).any()
+
+
+def longest_gap_s(time_s: Array) -> float:
+    return float(np.diff(time_s).max(initial=0.0))
