@@ -28,6 +28,8 @@ MOTOR_FACTORS: Final[Mapping[int, tuple[tuple[int, int, int], ...]]] = {
     2: (*_FORE, *(_VERTICAL,) * 4),
 }
 """Factors of forward, lateral and yaw of each motor, by FRAME_CONFIG: `vectored` and `vectored_6dof`."""
+SCALES_TOGETHER: Final = (2,)
+"""Frames in which outputs beyond full thrust are scaled down together; in the others each is cut off by itself."""
 FIRST_MOTOR: Final = 33
 """The function of an output that drives motor 1."""
 OUTPUTS: Final = 16

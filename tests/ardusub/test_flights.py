@@ -134,6 +134,23 @@ def test_a_plan_is_flown_by_sticks_and_the_vehicle_ends_where_it_began_as_it_was
     assert flown.is_free()
 
 
+@pytest.mark.parametrize("push_n", [2.0, 8.0, 200.0])
+def test_the_wrench_recorded_is_that_of_the_sticks_sent_whatever_was_wanted(fake, push_n):
+    """Within the dead zone of the thrusters, between, and beyond a full stick."""
+    flown = Flown(fake)
+    flown.afloat().begin()
+    companion = flown.aboard.companion
+    actuations, take = [], companion.take_actuations
+    companion.take_actuations = lambda: [actuations.append(taken) or taken for taken in take()]
+    flown.session.fly((Leg(3.0, push_surge_n=push_n),))
+    flown.until(lambda: flown.flight.state is State.FLYING).run(2.0)
+    pulses = [*fake.pwm[:4], 1500, 1500]
+    surge_n = companion.law._mixer.wrench_of_pulses(pulses)[0]
+    assert actuations[-1].tau_cmd[0] == pytest.approx(surge_n, abs=0.25)
+    assert actuations[-1].tau_cmd[3:5] == (0.0, 0.0)
+    assert (surge_n < 0.9 * push_n) == (push_n > 100)
+
+
 def test_a_touched_stick_has_the_vehicle_at_once_in_the_mode_it_was_in(flown):
     flown.afloat(ALT_HOLD).flying()
     flown.pilot.flies = True

@@ -279,8 +279,7 @@ class Ardusub:
             return [1500] * 6
         inputs = [max(-1.0, min(1.0, (self.rc(channel) - 1500) / 400)) for channel in (5, 6, 4)]
         sums = [sum(f * i for f, i in zip(row, inputs, strict=True)) for row in VECTORED]
-        largest = max(1.0, *(abs(s) for s in sums))
-        return [round(1500 + 400 * s / largest) for s in sums]
+        return [int(1500 + 400 * max(-1.0, min(1.0, s))) for s in sums]
 
     def stream(self, now_s):
         self.pwm = self.scripting.overridden(self.mixed())
