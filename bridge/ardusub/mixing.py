@@ -99,7 +99,9 @@ class Mixer:
         """Wrench (6,), N and N m, of the mixer's inputs (3,) and the one downwards: all that the sticks ask for."""
         thrusts = np.zeros(len(self._driven))
         thrusts[self._driven] = self._thrusts(inputs)
-        thrusts[~self._driven] = self._curve.thrust(NEUTRAL_US + SPAN_US * np.clip(down * self._down, -1.0, 1.0))
+        thrusts[~self._driven] = self._curve.thrust(
+            NEUTRAL_US + SPAN_US * np.clip(down * self._down, -1.0, 1.0)
+        )
         return np.asarray(self._whole @ thrusts)
 
     def inputs(self, wrench: Array) -> Array:

@@ -382,7 +382,9 @@ def test_pulses_that_follow_a_command_over_a_link_are_compared_when_they_are_the
 
     assert notes(20.0) == ()
     (note,) = notes(24.0)
-    assert note.startswith("In surge the wrench from PWM differs from TAU_CMD by 4 N rms of 24 N, 30 ms after it; ")
+    assert note.startswith(
+        "In surge the wrench from PWM differs from TAU_CMD by 4 N rms of 24 N, 30 ms after it; "
+    )
 
 
 def test_a_thruster_without_a_pulse_is_at_rest():
