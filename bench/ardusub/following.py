@@ -238,10 +238,11 @@ BY_FEEDFORWARD: Final = tuple(way.words for way in (*COMPANIONS, *APPLETS))
 
 def measured(path: Path, folder: Path) -> dict[str, Any]:
     """By way the rms of the velocity less the reference, m/s, in surge and sway; and after how long the latest of the
-    script's ticks came, s. `folder` is made."""
+    script's ticks came, s; and the firmware's version. `folder` is made."""
     folder.mkdir(parents=True, exist_ok=True)
     off: dict[str, list[float]] = {}
     latest_ms: list[float] = []
+    version = ""
     vehicle = load_vehicle(str(vehicle_file(folder)))
     script = applet(vehicle, next(iter(vehicle.vehicle.configurations)), WIRED).text
     for ways, text, speedup in ((WITHOUT_SCRIPT, "", SPEEDUP), (WITH_SCRIPT, script, PACE)):
@@ -258,6 +259,7 @@ def measured(path: Path, folder: Path) -> dict[str, Any]:
                 latest_ms += afloat.pilot.named.get("FF_TICK_MS", [])
                 afloat.disarm()
                 afloat.set_companion(Mode.SHADOW)
+            version = afloat.pilot.version
         finally:
             afloat.close()
-    return {"off": off, "latest_s": 1e-3 * max(latest_ms)}
+    return {"off": off, "latest_s": 1e-3 * max(latest_ms), "version": version}
