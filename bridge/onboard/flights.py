@@ -91,13 +91,14 @@ class Flights:
         return texts
 
     def step(
-        self, navigation: Navigation, *, armed: bool, now_s: float, in_hand: bool = True
+        self, navigation: Navigation, *, armed: bool, now_s: float, in_hand: bool = True, fit: bool = True
     ) -> Reference | None:
         """The reference of this tick, None while no flight steers."""
         flight = self.flight
         # Another ground's heartbeats stand for the one that flies only as long as that says nothing by itself.
         ground_s = self._ground_s if self._here_s is None else self._here_s
-        reference = flight.step(Seen(now_s, navigation, armed, ground_s, self._touched(now_s), in_hand))
+        seen = Seen(now_s, navigation, armed, ground_s, self._touched(now_s), in_hand, fit)
+        reference = flight.step(seen)
         report = flight.state, flight.end
         if report != self._spoken:
             if flight.end is not self._spoken[1] and flight.end is not End.NONE:

@@ -65,7 +65,12 @@ def test_each_way_to_follow_the_sticks_stands_beside_the_sticks_alone():
 
 @pytest.mark.parametrize(
     ("number", "words"),
-    [(0x040507FF, "4.5.7"), (0x04050080, "4.5.0-beta"), (0x04060182, "4.6.1-beta2"), (0x04070000, "4.7.0-dev")],
+    [
+        (0x040507FF, "4.5.7"),
+        (0x04050080, "4.5.0-beta"),
+        (0x04060182, "4.6.1-beta2"),
+        (0x04070000, "4.7.0-dev"),
+    ],
 )
 def test_the_firmwares_version_is_read_as_it_is_spoken(number, words):
     assert version_of(number) == words
