@@ -224,7 +224,12 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
 
 def followed(figures: Mapping[str, Any]) -> list[str]:
     """How far the velocity was off its reference by each way to fly, as Markdown."""
-    alone = figures["off"][ALONE]
+    alone, latest_s = figures["off"][ALONE], figures["latest_s"]
+    script = (
+        "This firmware keeps overrides for ever: the applet adds nothing there."
+        if latest_s is None
+        else f"The latest tick of the applet's script came after {1e3 * latest_s:.0f} ms."
+    )
     rows = [
         (
             words,
@@ -236,8 +241,7 @@ def followed(figures: Mapping[str, Any]) -> list[str]:
     return [
         *bench_table(("velocity against the reference, rms", "surge", "sway", f"of {ALONE}"), rows),
         "",
-        f"The latest tick of the applet's script came after {1e3 * figures['latest_s']:.0f} ms. Flown with ArduSub "
-        f"{figures['version']}.",
+        f"{script} Flown with ArduSub {figures['version']}.",
     ]
 
 
