@@ -63,6 +63,13 @@ def test_each_way_to_follow_the_sticks_stands_beside_the_sticks_alone():
     assert lines[-1] == "The latest tick of the applet's script came after 21 ms. Flown with ArduSub 4.5.7."
 
 
+def test_where_the_firmware_keeps_overrides_the_page_says_that_the_applet_adds_nothing():
+    lines = followed({"off": {"sticks alone": [0.14, 0.12]}, "latest_s": None, "version": "4.5.0-beta"})
+    assert lines[-1] == (
+        "This firmware keeps overrides for ever: the applet adds nothing there. Flown with ArduSub 4.5.0-beta."
+    )
+
+
 @pytest.mark.parametrize(
     ("number", "words"),
     [
