@@ -31,6 +31,8 @@ from identify.wrench_history import (
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
+MOST_OBEYED_S, OBEYED_STEP_S = 0.1, 0.005
+"""The longest time by which pulses may follow TAU_CMD and still be compared with it, and the step of the search."""
 
 
 BY_FAR_US = 50.0
@@ -56,7 +58,7 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
     curve, breaks_s = vehicle.thrust_curve, dive.breaks_s
     if from_pwm is not None and dive.thruster_commands is not None:
         if commanded is not None:
-            notes += _said_of(_rms_difference(from_pwm, commanded), commanded)
+            notes += _said_of(from_pwm, commanded)
         variance = hidden_by_rounding(dive, vehicle, directory, configuration_name)
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
@@ -293,21 +295,41 @@ def _commands(count: int, verb: str) -> str:
     return f"1 command {verb}s" if count == 1 else f"{count} commands {verb}"
 
 
-def _rms_difference(from_pwm: Signal, commanded: Signal) -> Array:
-    held = from_pwm.held_at(commanded.time_s)
+def obeyed_after_s(asked: Signal, commanded: Signal) -> float:
+    """How long after TAU_CMD the wrench from the pulses agrees with it best, s.
+
+    A vehicle that gives its commands itself stamps both alike. An autopilot that gets them over a link obeys later.
+    """
+    scale = np.sqrt(np.mean(commanded.value**2, axis=0))
+    used = [dof for dof in (0, 1, 5) if scale[dof] > LEAST_WRENCH]
+    if not used:
+        return 0.0
+    delays_s = np.arange(0.0, MOST_OBEYED_S + 0.5 * OBEYED_STEP_S, OBEYED_STEP_S)
+    off = [
+        float(np.sum((_rms_difference(asked, commanded, float(delay_s))[used] / scale[used]) ** 2))
+        for delay_s in delays_s
+    ]
+    return float(delays_s[int(np.argmin(off))]) if np.isfinite(off).all() else 0.0
+
+
+def _rms_difference(asked: Signal, commanded: Signal, delay_s: float) -> Array:
+    held = asked.held_at(commanded.time_s + delay_s)
     difference = (held - commanded.value)[np.isfinite(held[:, 0])]
     rms: Array = np.sqrt(np.mean(difference**2, axis=0)) if len(difference) else np.full(6, np.nan)
     return rms
 
 
-def _said_of(differs_rms: Array, commanded: Signal) -> tuple[str, ...]:
+def _said_of(asked: Signal, commanded: Signal) -> tuple[str, ...]:
+    delay_s = obeyed_after_s(asked, commanded)
+    differs_rms = _rms_difference(asked, commanded, delay_s)
     scale = np.sqrt(np.mean(commanded.value**2, axis=0))
+    later = f", {1e3 * delay_s:.0f} ms after it" if delay_s > 0 else ""
     notes = []
     for dof in (0, 1, 5):
         if scale[dof] > LEAST_WRENCH and differs_rms[dof] > NOTABLE_DIFFERENCE * scale[dof]:
             unit = "N" if dof < 3 else "N m"
             notes.append(
                 f"In {DOFS[dof]} the wrench from PWM differs from TAU_CMD by {differs_rms[dof]:.2g} {unit} "
-                f"rms of {scale[dof]:.2g} {unit}; the one from PWM is used."
+                f"rms of {scale[dof]:.2g} {unit}{later}; the one from PWM is used."
             )
     return tuple(notes)

@@ -432,6 +432,11 @@ def _plan(options: Options) -> None:
     options.value(
         "--know", "NAME", "which parameters it is to tell (default: all of the axes)", nargs="+", default=[]
     )
+    options.positive(
+        "--to",
+        "PERCENT",
+        "first those known worse than this, half of the 95 per cent interval (default: all)",
+    )
     options.value(
         "--out",
         "FILE",

@@ -49,14 +49,20 @@ def recording_of(path: Path, runs: Path, name: str, seed: int) -> Path:
     mission, note = MISSIONS / case.mission, folder / "flown.json"
     mark = {"stamp": stamp(*FLOWN, f"bench/ardusub/{case.mission}"), "planted": dict(case.planted)}
     if note.exists():
-        recording = folder / (flown := json.loads(note.read_text(encoding="utf-8"))).pop("recording")
-        if flown == mark:
-            return recording
+        flown = json.loads(note.read_text(encoding="utf-8"))
+        if {key: flown[key] for key in mark} == mark:
+            return folder / str(flown["recording"])
     shutil.rmtree(folder, ignore_errors=True)
-    recording = fly(path, folder, load_mission(mission), truth_of(case), seed=seed).recording
-    flown = mark | {"recording": str(recording.relative_to(folder))}
-    note.write_text(json.dumps(flown) + "\n", encoding="utf-8")
-    return recording
+    flight = fly(path, folder, load_mission(mission), truth_of(case), seed=seed)
+    left = {"recording": str(flight.recording.relative_to(folder)), "version": flight.version}
+    note.write_text(json.dumps(mark | left) + "\n", encoding="utf-8")
+    return flight.recording
+
+
+def versions(runs: Path) -> list[str]:
+    """The firmware's versions that flew the recordings in `runs`."""
+    flown = (json.loads(note.read_text(encoding="utf-8")) for note in runs.glob("*/flown.json"))
+    return sorted({str(each["version"]) for each in flown})
 
 
 def truth_of(case: Case) -> Truth:

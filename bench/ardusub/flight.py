@@ -57,10 +57,21 @@ def vehicle_file(folder: Path) -> Path:
     return out
 
 
+KINDS: Final = {0: "-dev", 64: "-alpha", 128: "-beta", 192: "-rc", 255: ""}
+"""FIRMWARE_VERSION_TYPE of the last byte; a later one of a kind counts on from it."""
+
+
+def version_of(number: int) -> str:
+    """The version in AUTOPILOT_VERSION's flight_sw_version: major, minor and patch, a byte each, and the kind."""
+    major, minor, patch, kind = number.to_bytes(4, "big")
+    least = max(each for each in KINDS if each <= kind)
+    return f"{major}.{minor}.{patch}{KINDS[least]}{kind - least or ''}"
+
+
 class Pilot:
     """A ground station with a joystick: beats, and sends its sticks 25 times a second; none where `sticks` is empty.
 
-    It keeps what the autopilot said: `texts`, its `parameters` and all values of each `named` one.
+    It keeps what the autopilot said: `texts`, its `parameters`, all values of each `named` one, and its `version`.
     """
 
     def __init__(self, link: Link, clock: BodyClock) -> None:
@@ -72,9 +83,11 @@ class Pilot:
             dialect.MAVLINK_MSG_ID_STATUSTEXT: self._text,
             dialect.MAVLINK_MSG_ID_PARAM_VALUE: self._parameter,
             dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self._named,
+            dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._versioned,
         }
         self.standing_by = self.armed = False
         self.texts: list[str] = []
+        self.version = ""
         self.parameters: dict[str, float] = {}
         self.named: dict[str, list[float]] = {}
 
@@ -83,6 +96,9 @@ class Pilot:
         if now_s >= self._beat_s:
             self._beat_s = now_s + BEAT_S
             self.send(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
+            if self.standing_by and not self.version:
+                wanted = float(dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+                self.command(dialect.MAV_CMD_REQUEST_MESSAGE, wanted)
         if self.sticks and now_s >= self._sticks_s:
             self._sticks_s = now_s + STICKS_S
             self.send(dialect.MAVLink_manual_control_message(1, **self.sticks, buttons=0))
@@ -102,6 +118,10 @@ class Pilot:
 
     def _text(self, message: Any) -> None:
         self.texts.append(message.text)
+
+    def _versioned(self, message: Any) -> None:
+        if message.get_srcComponent() == AUTOPILOT:
+            self.version = version_of(message.flight_sw_version)
 
     def _parameter(self, message: Any) -> None:
         if message.get_srcComponent() == AUTOPILOT:
@@ -162,10 +182,11 @@ class Aboard:
 
 @dataclass(frozen=True)
 class Flown:
-    """What a flight left: the companion's recording, and the texts that the ground heard."""
+    """What a flight left: the companion's recording, the texts that the ground heard, and the firmware's version."""
 
     recording: Path
     texts: tuple[str, ...]
+    version: str
 
 
 def fly(
@@ -199,7 +220,7 @@ def fly(
         mixer = Mixer(int(settings["FRAME_CONFIG"]), (1.0,) * len(shape.thrusters), shape, curve)
         pushed = partial(push_of, shape.model)
         firmware.fly(_with(act, _flight(firmware.clock, aboard.companion, pilot, mixer, mission, pushed)))
-        return Flown(aboard.recording(), tuple(pilot.texts))
+        return Flown(aboard.recording(), tuple(pilot.texts), pilot.version)
     finally:
         firmware.close()
 

@@ -94,10 +94,19 @@ class Afloat:
     def begin(self) -> None:
         """Wait until the autopilot, its velocity and the companion are there."""
         self._until(lambda: self.pilot.standing_by, READY_S, "the autopilot's start")
+        companion = self._aboard.companion
+        # Beside a script it takes no sticks, and need not.
         self._until(
-            lambda: not self._aboard.companion.no_flight(self._clock.boot_s()), READY_S, "the companion"
+            lambda: companion.law is not None and companion.heard.has_switches(self._clock.boot_s()),
+            READY_S,
+            "the companion",
         )
         self.run(8.0)
+
+    @property
+    def keeps_overrides(self) -> bool:
+        """Whether the script has proved that this firmware lets go of no output, and so adds nothing."""
+        return self.pilot.named.get("FF_ENDS", [1.0])[-1] == 0.0
 
     def commit_applet(self) -> None:
         """Put the file's own model in force in the applet."""
@@ -238,16 +247,20 @@ BY_FEEDFORWARD: Final = tuple(way.words for way in (*COMPANIONS, *APPLETS))
 
 def measured(path: Path, folder: Path) -> dict[str, Any]:
     """By way the rms of the velocity less the reference, m/s, in surge and sway; and after how long the latest of the
-    script's ticks came, s. `folder` is made."""
+    script's ticks came, s, None where the firmware lets no script add anything; and its version. `folder` is made."""
     folder.mkdir(parents=True, exist_ok=True)
     off: dict[str, list[float]] = {}
     latest_ms: list[float] = []
+    version = ""
     vehicle = load_vehicle(str(vehicle_file(folder)))
     script = applet(vehicle, next(iter(vehicle.vehicle.configurations)), WIRED).text
     for ways, text, speedup in ((WITHOUT_SCRIPT, "", SPEEDUP), (WITH_SCRIPT, script, PACE)):
         afloat = Afloat(path, folder / ("applet" if text else "stock"), script=text, speedup=speedup)
         try:
             afloat.begin()
+            version = afloat.pilot.version
+            if text and afloat.keeps_overrides:
+                break
             if text:
                 afloat.commit_applet()
             for way in ways:
@@ -260,4 +273,4 @@ def measured(path: Path, folder: Path) -> dict[str, Any]:
                 afloat.set_companion(Mode.SHADOW)
         finally:
             afloat.close()
-    return {"off": off, "latest_s": 1e-3 * max(latest_ms)}
+    return {"off": off, "latest_s": 1e-3 * max(latest_ms) if latest_ms else None, "version": version}

@@ -17,7 +17,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from bench.ardusub.cases import CASES, PLAIN, recording_of, truth_of
+from bench.ardusub.cases import CASES, PLAIN, recording_of, truth_of, versions
 from bench.ardusub.firmware import WHY_NOT, binary
 from bench.ardusub.flight import vehicle_file
 from bench.ardusub.following import ALONE
@@ -52,7 +52,8 @@ def page(runs: Path, docs: Path) -> str:
         return f"Dives of the real ArduSub: [their table](ardusub.md#figures). Not measured anew: {WHY_NOT}."
     results = {name: measured(path, runs / "ardusub", name) for name in (*CASES, PLANNED, FOLLOWING)}
     target = docs / "ardusub.md"
-    text = with_block(target.read_text(encoding="utf-8"), BEGIN, table(results))
+    flown = f"Flown with ArduSub {' and '.join(versions(runs / 'ardusub'))}."
+    text = with_block(target.read_text(encoding="utf-8"), BEGIN, f"{flown}\n\n{table(results)}")
     followed_by = "\n".join(followed(results[FOLLOWING]))
     target.write_text(with_block(text, BEGIN_FOLLOWED, followed_by), encoding="utf-8")
     return "Dives of the real ArduSub, its companion beside it: [their table](ardusub.md#figures)."
@@ -223,7 +224,12 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
 
 def followed(figures: Mapping[str, Any]) -> list[str]:
     """How far the velocity was off its reference by each way to fly, as Markdown."""
-    alone = figures["off"][ALONE]
+    alone, latest_s = figures["off"][ALONE], figures["latest_s"]
+    script = (
+        "This firmware keeps overrides for ever: the applet adds nothing there."
+        if latest_s is None
+        else f"The latest tick of the applet's script came after {1e3 * latest_s:.0f} ms."
+    )
     rows = [
         (
             words,
@@ -235,7 +241,7 @@ def followed(figures: Mapping[str, Any]) -> list[str]:
     return [
         *bench_table(("velocity against the reference, rms", "surge", "sway", f"of {ALONE}"), rows),
         "",
-        f"The latest tick of the applet's script came after {1e3 * figures['latest_s']:.0f} ms.",
+        f"{script} Flown with ArduSub {figures['version']}.",
     ]
 
 

@@ -154,15 +154,16 @@ local function wrench_of(thrusts)
   return wrench
 end
 
--- The wrench of the sticks: the mixer's inputs (3), 1 in full, to outputs, scaled down together beyond 1.
+-- The wrench of the sticks: the mixer's inputs (3), 1 in full, to outputs; beyond 1 scaled down together, or cut off.
 local function stick_wrench(inputs)
   local outputs, largest = {}, 1.0
   for n, row in ipairs(K.factors) do
     outputs[n] = row[1] * inputs[1] + row[2] * inputs[2] + row[3] * inputs[3]
     largest = math.max(largest, math.abs(outputs[n]))
   end
+  local scale = K.scales_together and largest or 1.0
   for n = 1, #outputs do
-    outputs[n] = thrust_of(1500 + 400 * outputs[n] / largest)
+    outputs[n] = thrust_of(1500 + 400 * clip(outputs[n] / scale, -1.0, 1.0))
   end
   return wrench_of(outputs)
 end

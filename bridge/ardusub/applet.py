@@ -142,6 +142,7 @@ def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -
         "reach": reach,
         "limit_n": min(shape.thruster_limit_n, curve.max_n, -curve.min_n),
         "least_n": LEAST_SHARE * min(shape.thruster_limit_n, curve.max_n, -curve.min_n),
+        "scales_together": mixer.scales_together,
         "factors": [{"motor": motor, "": row} for motor, row in mixer.driven],
         "matrix": mixer.matrix,
         "inverse": mixer.inverse,
@@ -204,6 +205,8 @@ def _lua(value: object) -> str:
         return "{" + ", ".join(parts) + "}"
     if isinstance(value, str):
         return f'"{value}"'
+    if isinstance(value, bool):
+        return "true" if value else "false"
     if isinstance(value, int | np.integer):
         return str(int(value))
     if isinstance(value, float | np.floating):

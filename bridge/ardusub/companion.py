@@ -132,7 +132,7 @@ class Companion:
 
     def no_flight(self, now_s: float) -> str:
         """Why no flight may begin, "" if one may."""
-        obstacle = self._obstacle(now_s)
+        obstacle = self.obstacle(now_s)
         if self.law is None:
             return obstacle or "autopilot not known yet"
         if not self.heard.is_there(now_s):
@@ -237,7 +237,7 @@ class Companion:
         if self.settings.complete and not self.settings.obstacle and self.settings.wiring != self._wiring:
             self._build()
         self._tell_trouble(now_s)
-        mode, ready = self._parameters.mode, not self._obstacle(now_s)
+        mode, ready = self._parameters.mode, not self.obstacle(now_s)
         acts = mode.applies_feedforward and bool(self._parameters.active_crc)
         asked = acts or self.steering.active
         wanted = ((acts and ready) or self.steering.active) and not self._leaving
@@ -304,7 +304,7 @@ class Companion:
         self.law = StickLaw(vehicle, self._configuration, self._parameters.active, folder, mixer)
         self.steering.fit(Autopilot(vehicle, self._configuration, self._parameters.active, folder), mixer)
 
-    def _obstacle(self, now_s: float) -> str:
+    def obstacle(self, now_s: float) -> str:
         """Why the companion may not hold the sticks, and the way out; "" if it may."""
         if now_s - self._another_s <= ANOTHER_S:
             return ANOTHER
@@ -316,7 +316,7 @@ class Companion:
         """Why the companion can't act, a sentence for the crew with the way out; "" if it can."""
         if not self.heard.is_there(now_s):
             return self._silence(now_s)
-        if self.settings.complete and (obstacle := self._obstacle(now_s)):
+        if self.settings.complete and (obstacle := self.obstacle(now_s)):
             return f"no feed-forward: {obstacle}"
         return self.handover.trouble
 
@@ -364,7 +364,7 @@ class Companion:
         doubt = self._doubt(now_s)
         if self.law is not None and np.abs(sticks).max() <= 1000:
             mode = self._parameters.mode
-            if self._leaving or (mode.applies_feedforward and self._obstacle(now_s)):
+            if self._leaving or (mode.applies_feedforward and self.obstacle(now_s)):
                 mode = Mode.OFF
             pwm_us = self.heard.pwm_us if now_s - self.heard.pwm_s <= FRESH_S else ()
             added, actuation = self.law.step(

@@ -2,7 +2,8 @@
 
 MANUAL_CONTROL's x, y and r times the joystick's gain are the inputs of the mixer, 1 in full; output n is
 1500 + 400 times the sum of its factors times the inputs (libraries/AP_Motors/AP_Motors6DOF.cpp, ArduSub/joystick.cpp
-of 4.5). Sums beyond 1 are scaled down together, each thruster's thrust is the vehicle file's.
+of 4.5). Sums beyond 1 are cut off in the frame vectored, each by itself, and scaled down together in vectored_6dof;
+each thruster's thrust is the vehicle file's.
 """
 
 from collections.abc import Mapping, Sequence
@@ -12,7 +13,8 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import ConfigError
-from bridge.firmware.ardusub import FRAME, FRAMES, MOTOR_FACTORS, whole_number, wiring
+from bridge.firmware.ardusub import FRAME, FRAMES, MOTOR_FACTORS, SCALES_TOGETHER, whole_number, wiring
+from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, Pulses, allocation_matrix
@@ -30,7 +32,8 @@ class Mixer:
     """The horizontal part of a frame, with the thrusters of a vehicle file in the frame's order.
 
     `directions` are the MOT_n_DIRECTION, `motors` the motor, from 1, of each output if that is not the one of its own
-    number. Raises ConfigError if the vehicle file's thrusters push otherwise than the frame takes them to.
+    number. `scales_together`: outputs beyond full thrust are scaled down together, not each cut off. Raises ConfigError
+    if the vehicle file's thrusters push otherwise than the frame takes them to.
     """
 
     def __init__(
@@ -47,14 +50,16 @@ class Mixer:
         self._driven = np.abs(factors).sum(axis=1) > 0
         self._factors = factors[self._driven]
         self._curve = curve
-        self._matrix = allocation_matrix(configuration)[list(FEEDFORWARD_DOFS)][:, self._driven]
+        self.scales_together = frame in SCALES_TOGETHER
+        self._whole = allocation_matrix(configuration)
+        self._matrix = self._whole[list(FEEDFORWARD_DOFS)][:, self._driven]
         self._inverse: Array = np.asarray(np.linalg.pinv(self._matrix))
         self._unmix = np.linalg.pinv(self._factors)
         limit_n = min(configuration.thruster_limit_n, curve.max_n, -curve.min_n)
         self._pulses = Pulses(curve, LEAST_SHARE * limit_n)
         # Every vertical thruster of these frames has the factor 1 downwards.
         self._down = turned[~self._driven]
-        self._sinks = allocation_matrix(configuration)[2, ~self._driven]
+        self._sinks = self._whole[HEAVE, ~self._driven]
         effect = self._matrix @ self._factors
         across = np.abs(effect - np.diag(np.diag(effect))).max()
         rises = (self._sinks * self._down).min() <= 0
@@ -82,9 +87,22 @@ class Mixer:
 
     def wrench(self, inputs: Array) -> Array:
         """Wrench (3,) in surge, sway and yaw, N and N m, of the mixer's inputs (3,)."""
+        return np.asarray(self._matrix @ self._thrusts(inputs))
+
+    def _thrusts(self, inputs: Array) -> Array:
         outputs = self._factors @ inputs
-        outputs = outputs / max(1.0, float(np.abs(outputs).max()))
-        return np.asarray(self._matrix @ self._curve.thrust(NEUTRAL_US + SPAN_US * outputs))
+        if self.scales_together:
+            outputs = outputs / max(1.0, float(np.abs(outputs).max()))
+        return self._curve.thrust(NEUTRAL_US + SPAN_US * np.clip(outputs, -1.0, 1.0))
+
+    def whole_wrench(self, inputs: Array, down: float) -> Array:
+        """Wrench (6,), N and N m, of the mixer's inputs (3,) and the one downwards: all that the sticks ask for."""
+        thrusts = np.zeros(len(self._driven))
+        thrusts[self._driven] = self._thrusts(inputs)
+        thrusts[~self._driven] = self._curve.thrust(
+            NEUTRAL_US + SPAN_US * np.clip(down * self._down, -1.0, 1.0)
+        )
+        return np.asarray(self._whole @ thrusts)
 
     def inputs(self, wrench: Array) -> Array:
         """Inputs (3,) that give a wrench (3,) within the mixer's reach.

@@ -10,6 +10,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.firmware.ardusub import (
     ARDUSUB,
+    COUPLED,
+    COUPLING,
     DVL,
     FAILSAFE,
     FRAME,
@@ -36,7 +38,7 @@ class Settings(Questions):
             *(direction_name(number) for number in range(1, thrusters + 1)),
             *(function_name(number) for number in range(1, thrusters + 1)),
         ]
-        others = [*(DVL if has_dvl else ()), *ARDUSUB.corners.values()]
+        others = [COUPLING, *(DVL if has_dvl else ()), *ARDUSUB.corners.values()]
         super().__init__(system, component, [*self._wiring, FAILSAFE, PILOT_FAILSAFE, PILOT, *others])
         # The pilot's is read by the handover, which counts its own reads alone.
         self._renewed = [*self._wiring, FAILSAFE, PILOT_FAILSAFE, *others]
@@ -77,11 +79,16 @@ class Settings(Questions):
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """Sentences for the crew on settings that do not fit the DVL."""
-        if not (self._has_dvl and self.complete):
+        """Sentences for the crew on settings that do not fit the DVL, or that bend what a stick means."""
+        if not self.complete:
             return ()
-        return tuple(
+        said = [
             f"DVL unused: {name} is {self.values[name]:g}, set {wanted:g}"
-            for name, wanted in DVL.items()
+            for name, wanted in (DVL if self._has_dvl else {}).items()
             if self.values[name] != wanted
-        )
+        ]
+        if self.values[FRAME] in COUPLED and self.values[COUPLING] > 0:
+            said.append(
+                f"surge falls short while it climbs or dives hard: {COUPLING} is {self.values[COUPLING]:g}, set 0"
+            )
+        return tuple(said)

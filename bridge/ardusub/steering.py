@@ -101,12 +101,17 @@ class Steering:
             return [self._sticks(0, 0, 0, 0)], None
         # A place can't be held by the feed-forward alone.
         self._autopilot.mode = Mode.BOTH if mode.applies_feedforward else Mode.OFF
-        actuation = replace(self._autopilot.step(now_s, navigation, reference), pwm_us=(), mode=int(mode))
-        tau = np.array(actuation.tau_cmd)
+        wanted = self._autopilot.step(now_s, navigation, reference)
+        tau = np.array(wanted.tau_cmd)
         ahead, aside, turn = self._mixer.inputs(tau[list(FEEDFORWARD_DOFS)])
         down = self._mixer.heave_input(float(tau[HEAVE]))
-        inputs = np.array([ahead, aside, down, turn]) / heard.gain
-        return [self._sticks(*(FULL_STICK * inputs / max(1.0, float(np.abs(inputs).max()))))], actuation
+        asked = np.array([ahead, aside, down, turn]) / heard.gain
+        asked = np.rint(FULL_STICK * asked / max(1.0, float(np.abs(asked).max())))
+        # Sticks end at the joystick's gain, know no roll and no pitch, and leave small thrusts in the dead zone.
+        ahead, aside, down, turn = heard.gain * asked / FULL_STICK
+        x, y, z, k, m, n = self._mixer.whole_wrench(np.array([ahead, aside, turn]), down).tolist()
+        actuation = replace(wanted, tau_cmd=(x, y, z, k, m, n), pwm_us=(), mode=int(mode))
+        return [self._sticks(*asked)], actuation
 
     def _ended(self, now_s: float, heard: Heard, sticks_s: float) -> list[Any]:
         """Sticks at rest once, and on where no pilot sends any, until all is as it was."""

@@ -28,6 +28,8 @@ MOTOR_FACTORS: Final[Mapping[int, tuple[tuple[int, int, int], ...]]] = {
     2: (*_FORE, *(_VERTICAL,) * 4),
 }
 """Factors of forward, lateral and yaw of each motor, by FRAME_CONFIG: `vectored` and `vectored_6dof`."""
+SCALES_TOGETHER: Final = (2,)
+"""Frames in which outputs beyond full thrust are scaled down together; in the others each is cut off by itself."""
 FIRST_MOTOR: Final = 33
 """The function of an output that drives motor 1."""
 OUTPUTS: Final = 16
@@ -40,6 +42,10 @@ PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
 WARNS_ALONE: Final = 1
 DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
 """Settings with which VISION_POSITION_DELTA is taken for velocity (measured, 4.5.7)."""
+
+COUPLING: Final = "MOT_FV_CPLNG_K"
+COUPLED: Final = (1,)
+"""Frames in which COUPLING times the vertical input bounds the forward input (AP_Motors6DOF.cpp)."""
 
 STABILIZE, ALT_HOLD, MANUAL = 0, 2, 19
 FLOWN_BY_STICKS: Final = (STABILIZE, ALT_HOLD, MANUAL)

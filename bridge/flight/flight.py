@@ -65,6 +65,7 @@ class End(IntEnum):
     ASTRAY = 16
     UNASKED = 17
     TAKEN = 18
+    UNFIT = 19
 
 
 WORDS: Final = {
@@ -87,6 +88,7 @@ WORDS: Final = {
     End.ASTRAY: "can't get to its place",
     End.UNASKED: "no further order",
     End.TAKEN: "sticks or mode in other hands",
+    End.UNFIT: "autopilot is not fit for it any more",
 }
 """Why a flight ended, short enough for a STATUSTEXT."""
 
@@ -106,7 +108,8 @@ class Seen:
     """The state of vehicle, ground and sticks at a tick.
 
     `ground_s`: when the ground was last heard; `touched`: the pilot moves a stick; `in_hand`: the thrusters obey the
-    flight, as they always do where no autopilot stands between.
+    flight; `fit`: a flight could begin here as far as the autopilot goes, with its fail-safes set and nobody else who
+    steers. Both are always so where no autopilot stands between.
     """
 
     time_s: float
@@ -115,6 +118,7 @@ class Seen:
     ground_s: float
     touched: bool = False
     in_hand: bool = True
+    fit: bool = True
 
 
 class Flight:
@@ -247,6 +251,8 @@ class Flight:
             return End.LINK
         if blind := _blind(navigation):
             return blind
+        if not seen.fit:
+            return End.UNFIT
         if now_s - self._begun_s > limits.time_s:
             return End.TIME
         if self.state is State.WAITING and now_s > self._until_s:

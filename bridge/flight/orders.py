@@ -6,7 +6,7 @@
 
 Every leg and row is acknowledged, with its number in result_param2; an order names the checksum of all that it needs,
 so that a half-heard manoeuvre is never flown. An order repeated under the same number is acknowledged and not obeyed
-again.
+again. The ground that flies says HERE all the while, so that its silence is noticed where another ground beats.
 """
 
 import struct
@@ -40,6 +40,7 @@ class Order(IntEnum):
     FLY = 2
     FINISH = 3
     END = 4
+    HERE = 5
 
 
 def leg_numbers(number: int, leg: Leg) -> Seven:

@@ -35,6 +35,7 @@ class Flights:
         self.flight = Flight(sways=can_sway(configuration))
         self._texts: list[str] = []
         self._ground_s = self._touched_s = -1e9
+        self._here_s: float | None = None
         self._legs: dict[int, Seven] = {}
         self._rows: dict[int, Seven] = {}
         self._obeyed = 0.0
@@ -56,6 +57,7 @@ class Flights:
         `obstacle`: why no flight may begin now, "" if it may.
         """
         self._ground_s = now_s
+        self._here_s = None if self._here_s is None else now_s
         numbers: Seven = (
             *(message.param1, message.param2, message.param3, message.param4),
             *(message.param5, message.param6, message.param7),
@@ -68,6 +70,9 @@ class Flights:
             return _ACCEPTED, place
         if message.command == orders.LIMITS:
             self._rows[place] = numbers
+            return _ACCEPTED, place
+        if numbers[0] == Order.HERE:
+            self._here_s = now_s
             return _ACCEPTED, place
         if numbers[1] != self._obeyed:
             if numbers[0] in (Order.BEGIN, Order.FLY) and self._rows_of(numbers) is None:
@@ -86,11 +91,14 @@ class Flights:
         return texts
 
     def step(
-        self, navigation: Navigation, *, armed: bool, now_s: float, in_hand: bool = True
+        self, navigation: Navigation, *, armed: bool, now_s: float, in_hand: bool = True, fit: bool = True
     ) -> Reference | None:
         """The reference of this tick, None while no flight steers."""
         flight = self.flight
-        reference = flight.step(Seen(now_s, navigation, armed, self._ground_s, self._touched(now_s), in_hand))
+        # Another ground's heartbeats stand for the one that flies only as long as that says nothing by itself.
+        ground_s = self._ground_s if self._here_s is None else self._here_s
+        seen = Seen(now_s, navigation, armed, ground_s, self._touched(now_s), in_hand, fit)
+        reference = flight.step(seen)
         report = flight.state, flight.end
         if report != self._spoken:
             if flight.end is not self._spoken[1] and flight.end is not End.NONE:
@@ -126,6 +134,7 @@ class Flights:
             return "there is no such order"
         try:
             if order == Order.BEGIN:
+                self._here_s = None
                 return self.flight.begin(*orders.limits_in(rows), countdown_s, seen)
             return self.flight.fly([orders.leg_of(row) for row in rows], seen)
         except ConfigError as error:

@@ -220,11 +220,13 @@ class Bridge:
         """Return the reference of a flight's tick, None while none steers; disarm at its end. Needs `flights`."""
         assert self.flights is not None
         now_s, flight = self._clock.boot_s(), self.flights.flight
-        doubt = ""
+        doubt = obstacle = ""
         if self._companion is not None:
-            doubt = self._companion.control_doubt(now_s)
+            doubt, obstacle = self._companion.control_doubt(now_s), self._companion.obstacle(now_s)
             self._companion.tell_lost_sticks(doubt)
-        reference = self.flights.step(self.navigation, armed=self.armed, now_s=now_s, in_hand=not doubt)
+        reference = self.flights.step(
+            self.navigation, armed=self.armed, now_s=now_s, in_hand=not doubt, fit=not obstacle
+        )
         if flight.disarms:
             flight.disarms = False
             self.arm(False)

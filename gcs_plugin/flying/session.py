@@ -3,7 +3,7 @@
     limits, BEGIN, arm -> (the vehicle counts down and goes to its station) -> legs, FLY -> ... -> FINISH
 
 Every command is sent again until its own acknowledgement comes; END goes ahead of all others. The vehicle's telemetry
-alone tells its state.
+alone tells its state. Between commands the session says that its ground is there.
 """
 
 from collections import deque
@@ -22,6 +22,8 @@ from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.peers import GROUND_STATION, Source
 
 AGAIN_S: Final = 0.25
+HERE_S: Final = 0.4
+"""So often that several arrive within the usual `link_s` on a link that loses a third too."""
 UNANSWERED_S: Final = 10.0
 SILENT_S: Final = 3.0
 MOST_TRIES: Final = 5
@@ -64,7 +66,7 @@ class FlightSession:
         self._queue: deque[_Command] = deque()
         self._rows: list[_Command] = []
         self._tries = 0
-        self._sent_s = -1e9
+        self._sent_s = self._here_s = -1e9
         self._asked_s: float | None = None
         self.heard: Heard | None = None
         self.heard_s = -1e9
@@ -135,7 +137,7 @@ class FlightSession:
     def tick(self, now_s: float) -> list[Any]:
         if not self._queue or self.failure:
             self._asked_s = None
-            return []
+            return self._here(now_s)
         if self._asked_s is None or self.silent(now_s):
             self._asked_s = now_s
         if now_s - self._asked_s > UNANSWERED_S:
@@ -145,6 +147,14 @@ class FlightSession:
         self._sent_s = now_s
         command = self._queue[0]
         return [dialect.MAVLink_command_long_message(*self.vehicle, command.command, 0, *command.numbers)]
+
+    def _here(self, now_s: float) -> list[Any]:
+        """That this ground is still there, while its flight is under way."""
+        if not self._begun or self.over or now_s - self._here_s < HERE_S:
+            return []
+        self._here_s = now_s
+        numbers = (float(Order.HERE), *(0.0,) * 6)
+        return [dialect.MAVLink_command_long_message(*self.vehicle, ORDER, 0, *numbers)]
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
         if (frame.system, frame.component) != self.vehicle:

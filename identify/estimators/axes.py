@@ -38,7 +38,7 @@ from identify.estimators.readings import (
     tumbles,
     with_rates_of_poses,
 )
-from identify.forces import wrench
+from identify.forces import obeyed_after_s, wrench
 from identify.ingest.rotation import attitude_at
 from identify.threads import side_by_side
 from identify.wrench_history import WrenchHistory
@@ -364,7 +364,8 @@ def _off_the_command(dive: Dive, forces: WrenchHistory, limit_n: float) -> dict[
     large enough."""
     if forces.source != "pwm" or dive.tau_cmd is None:
         return {}
-    asked = Signal(forces.time_s, forces.asked).held_at(dive.tau_cmd.time_s)
+    from_pwm = Signal(forces.time_s, forces.asked)
+    asked = from_pwm.held_at(dive.tau_cmd.time_s + obeyed_after_s(from_pwm, dive.tau_cmd))
     shares, makes_up = {}, dive.feedforward_acts
     for dof in (0, 1, YAW):
         commanded = dive.tau_cmd.value[:, dof]

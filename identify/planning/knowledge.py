@@ -10,6 +10,10 @@ is the sum of the squared response over the spectrum of the readings without tha
 and mass and damping are separable at every frequency, being in quadrature. The trim force takes the mean. The
 coupling forces between axes count as known, and so do noise levels, whose information is independent.
 
+Where the vehicle file gives a hull quadratic drag beside the linear one, both are to be told: a change of log D2 gives
+-D2 W / Z, with W the spectrum of |v| v, which resembles that of the linear drag so much that a dive at one speed leaves
+each of them several times as wide. There Z has the slope of the whole drag at the usual speed.
+
 Later thrust gives the response -j w V / (1 + j w L), behind the last part of a lag L. No dive can separate the part
 of that response that resembles the ones of mass and damping.
 """
@@ -20,18 +24,22 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.simulator.truth import DISTURBANCE_N_PER_KG, TYPICAL
-from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES
+from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES, OF_HULL, QUADRATICS
 from bridge.vehicle.config import Configuration, Sensors, VehicleFile
 from bridge.vehicle.parameters import bounds
 from identify.estimators.lateness import LATER_S
 from identify.identification import Identification
 from identify.nuisance import disturbance, noise, time_constant
 
+Complex = NDArray[np.complexfloating[Any, Any]]
 NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
+TOLD = (*NAMES, *(coefficient.name for coefficient in QUADRATICS))
+"""Of what information is counted: `NAMES`, and quadratic drag, which is none where the hull has only linear drag."""
 MASS_RATIO, DAMPING_RATIO = 1.4, 0.7
 """Total mass and damping as shares of the rigid body's mass or inertia, if the vehicle file gives neither."""
 
@@ -70,9 +78,10 @@ class AxisNoise:
 
 @dataclass(frozen=True)
 class Knowledge:
-    """All twelve coefficients by name, the noise of each degree of freedom, and sentences on their sources.
+    """All twelve coefficients by name, quadratic drag where the hull has it, the noise of each degree of freedom, and
+    sentences on their sources.
 
-    `precision` (12, 12) is that of the logarithms in the order of `NAMES`, zero for unknown coefficients. `guessed`
+    `precision` (18, 18) is that of the logarithms in the order of `TOLD`, zero for unknown coefficients. `guessed`
     are coefficients without a prior, and without an identification to within `FIRM`. `doubted`: by coefficient, the
     sentences of the identification that doubt its result or say why it gives none; `doubts` are all of these
     sentences.
@@ -94,7 +103,7 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
     """Knowledge from the vehicle file; open values are generic ratios to the rigid body's mass."""
     shape = file.vehicle.configurations[configuration]
     values, open_names = {}, []
-    precision = np.zeros((len(NAMES), len(NAMES)))
+    precision = np.zeros((len(TOLD), len(TOLD)))
     for place, coefficient in enumerate(COEFFICIENTS):
         name, prior = coefficient.name, shape.priors.get(coefficient.name)
         if prior is not None:
@@ -105,6 +114,11 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
             open_names.append(name)
             ratio = MASS_RATIO if coefficient.kind == "mass" else DAMPING_RATIO
             values[name] = ratio * shape.rigid_body(coefficient.dof)[0]
+    if shape.damping == "both":
+        for coefficient in QUADRATICS:
+            # Where none is given, as much as the linear drag at 1 m/s or rad/s.
+            value = shape.model.get(coefficient.name, 0.0)
+            values[coefficient.name] = value if value > 0 else values[DAMPINGS[coefficient.dof].name]
     sentences = [
         "Noise and disturbance are those of a typical vehicle of this mass: a dive tells better, give it by --after."
     ]
@@ -138,7 +152,7 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
     try:
         said, of_vehicle = str(identified["configuration"]), str(identified["vehicle"]["name"])
         outcome = str(identified["outcome"])
-        listed = {p["name"]: p for p in identified["parameters"] if p["name"] in BY_NAME}
+        listed = {p["name"]: p for p in identified["parameters"] if p["name"] in OF_HULL}
         order, matrix = identified["covariance"]["of"], identified["covariance"]["matrix"]
         covariance = np.array(matrix, dtype=np.float64).reshape(len(order), len(order))
         order = [str(name) for name in order]
@@ -162,11 +176,14 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
     precision = first.precision.copy()
     firm = frozenset(order[i] for i in known if math.sqrt(covariance[i, i]) <= FIRM * values[order[i]])
     if known:
-        places = [NAMES.index(order[i]) for i in known]
+        places = [TOLD.index(order[i]) for i in known]
         scale = np.array([values[order[i]] for i in known])
         rough = np.sqrt(np.diag(covariance)[known]) / scale > ROUGH
         _check_possible(
-            [order[i] for i, vague in zip(known, rough, strict=True) if not vague], values, shape, source
+            [order[i] for i, vague in zip(known, rough, strict=True) if not vague and order[i] in BY_NAME],
+            values,
+            shape,
+            source,
         )
         relative = covariance[np.ix_(known, known)] / np.outer(scale, scale)
         precision[np.ix_(places, places)] = np.linalg.pinv(relative, hermitian=True)
@@ -273,58 +290,74 @@ TELLING_HZ = 5.0
 
 
 def of_motion(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
-    """Information (12, 12) about log coefficients from the axes `dofs`, moving as `nu` (n, 6) from rest to rest.
+    """Information (18, 18) about log coefficients from the axes `dofs`, moving as `nu` (n, 6) from rest to rest.
 
-    Rows are `step_s` apart; the order is that of `NAMES`.
+    Rows are `step_s` apart; the order is that of `TOLD`.
     """
-    out = np.zeros((len(NAMES), len(NAMES)))
+    out = np.zeros((len(TOLD), len(TOLD)))
     for dof in dofs:
-        mass, damping = MASSES[dof].name, DAMPINGS[dof].name
-        information = of_axis(
-            step_s, nu[:, dof], knowledge.values[mass], knowledge.values[damping], knowledge.noise[dof]
-        )
-        for name, value in zip((mass, damping), information, strict=True):
-            out[NAMES.index(name), NAMES.index(name)] = value
+        axis = axis_of(step_s, nu[:, dof], *_drag_and_noise(knowledge, dof))
+        places = _places(dof, len(axis.answers))
+        out[np.ix_(places, places)] = axis.information(axis.answers)
     return out
 
 
 def of_timing(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
-    """Information (k, 12) that log coefficients share with the time of thrust, s, in each of the k axes `dofs`."""
-    out = np.zeros((len(dofs), len(NAMES)))
+    """Information (k, 18) that log coefficients share with the time of thrust, s, in each of the k axes `dofs`."""
+    out = np.zeros((len(dofs), len(TOLD)))
     for row, dof in enumerate(dofs):
-        mass, damping = MASSES[dof].name, DAMPINGS[dof].name
-        m, d = knowledge.values[mass], knowledge.values[damping]
-        w, weight = _spectrum(step_s, nu[:, dof], m, d, knowledge.noise[dof])
-        impedance, later = m * 1j * w + d, 1j * w / (1 + 1j * w * LATER_S)
-        for name, answer in ((mass, m * 1j * w), (damping, d)):
-            out[row, NAMES.index(name)] = np.sum((np.conj(answer) * impedance * later).real * weight)
+        axis = axis_of(step_s, nu[:, dof], *_drag_and_noise(knowledge, dof))
+        later = axis.impedance * axis.velocity * 1j * axis.w / (1 + 1j * axis.w * LATER_S)
+        out[row, _places(dof, len(axis.answers))] = axis.information(later[None])[:, 0]
     return out
 
 
-def of_axis(
-    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
-) -> tuple[float, float]:
-    """Information about log M and log D in the velocity (n,) of an axis."""
-    w, weight = _spectrum(step_s, velocity, mass, damping, noise)
-    return float(np.sum((mass * w) ** 2 * weight)), float(np.sum(damping**2 * weight))
+def _drag_and_noise(knowledge: Knowledge, dof: int) -> tuple[float, float, float, AxisNoise]:
+    m, d, d2 = (knowledge.values.get(group[dof].name, 0.0) for group in (MASSES, DAMPINGS, QUADRATICS))
+    return m, d, d2, knowledge.noise[dof]
 
 
-def _spectrum(
-    step_s: float, velocity: Array, mass: float, damping: float, noise: AxisNoise
-) -> tuple[Array, Array]:
-    """Frequencies (m,), rad/s, and |V|^2 / (|Z|^2 N + S_d) at these."""
+def _places(dof: int, count: int) -> list[int]:
+    return [TOLD.index(group[dof].name) for group in (MASSES, DAMPINGS, QUADRATICS)[:count]]
+
+
+@dataclass(frozen=True)
+class MovingAxis:
+    """An axis in motion: by frequency `w` (m,), rad/s, the spectrum of its `velocity`, its `impedance`, and the
+    `weight` of a force's square.
+
+    `answers` (k, m): the forces that a change of log M, of log D and, where there is quadratic drag, of log D2 make.
+    """
+
+    w: Array
+    velocity: Complex
+    impedance: Complex
+    weight: Array
+    answers: Complex
+
+    def information(self, others: Complex) -> Array:
+        """Information (k, l) that the coefficients share with what makes the forces `others` (l, m)."""
+        return np.asarray((np.conj(self.answers) * self.weight @ others.T).real)
+
+
+def axis_of(
+    step_s: float, velocity: Array, mass: float, damping: float, quadratic: float, noise: AxisNoise
+) -> MovingAxis:
+    """The axis that moves with `velocity` (n,)."""
     frequency = np.asarray(np.fft.rfftfreq(len(velocity), step_s), dtype=np.float64)
-    power = np.abs(np.fft.rfft(velocity) * step_s) ** 2
     used = (frequency > 0) & (frequency <= TELLING_HZ)
     w = 2 * np.pi * frequency[used]
-    power = power[used]
-    impedance = (mass * w) ** 2 + damping**2
+    v, v2 = (np.fft.rfft(each)[used] * step_s for each in (velocity, np.abs(velocity) * velocity))
+    # The slope of all drag at the usual speed, of both signs alike.
+    slope = damping + 2 * quadratic * float(np.sqrt(np.mean(velocity**2)))
+    impedance = mass * 1j * w + slope
     # Noise density of a velocity that is measured directly and also as the slope of its measured integral.
     read = 1.0 / (1.0 / noise.velocity + 1.0 / (w * w * noise.position))
     pushed = 2 * noise.disturbance**2 * noise.time_constant_s / (1 + (w * noise.time_constant_s) ** 2)
     # Factor 2 for the negative frequencies, 1 / duration for the width of a spectral line.
-    weight: Array = 2.0 * power / (impedance * read + pushed) / (len(velocity) * step_s)
-    return w, weight
+    weight: Array = 2.0 / (np.abs(impedance) ** 2 * read + pushed) / (len(velocity) * step_s)
+    answers = [mass * 1j * w * v, damping * v, *([quadratic * v2] if quadratic > 0 else ())]
+    return MovingAxis(w, v, impedance, weight, np.array(answers))
 
 
 def widths(identified: Identification) -> dict[str, float]:

@@ -9,6 +9,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.truth import Truth
+from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.thrusters import Allocator, thrust_curve
@@ -76,7 +77,9 @@ class Tank:
 
     def __init__(self, file: VehicleFile, configuration_name: str, knowledge: Knowledge) -> None:
         self.file, self.configuration_name, self.knowledge = file, configuration_name, knowledge
-        self._truth = Truth(dict(knowledge.values), 0.0, 0.0)
+        model = {name: value for name, value in knowledge.values.items() if name in BY_NAME}
+        quadratic = {name: value for name, value in knowledge.values.items() if name not in BY_NAME}
+        self._truth = Truth(model, 0.0, 0.0, effects=quadratic)
         self._curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
         self._allocator = Allocator(file.vehicle.configurations[configuration_name], self._curve)
 

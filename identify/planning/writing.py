@@ -33,7 +33,8 @@ ADVICE = (
     "The room of each manoeuvre holds a reserve for drift by small disturbances, from where it begins: before each, "
     "bring the vehicle back to the middle.",
     "The intervals hold given the vehicle file's thrust: where all of it is off by one share, so are all masses and "
-    "dampings, and no manoeuvre shows it. They hold for a vehicle as the model has it, with linear damping.",
+    "dampings, and no manoeuvre shows it. They hold for a vehicle as its file has it, with linear damping, or with "
+    "quadratic beside it where the file says so.",
 )
 
 

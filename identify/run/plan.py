@@ -41,10 +41,11 @@ def plan(
     dofs: Sequence[int] = DOFS_PLANNED,
     progress: Steps = ignore_step,
     know: Sequence[str] = (),
+    aim: float = 0.0,
 ) -> Planned:
-    """Propose the manoeuvres for `seconds` in total, for the coefficients `know` or for all. Raises FitError if none
-    fits."""
-    return Planned(tank, limits, propose(tank, limits, seconds, dofs, _steps(progress), know))
+    """Propose the manoeuvres for `seconds` in total, for the coefficients `know` or for all, first for those that are
+    known worse than to the relative standard deviation `aim`. Raises FitError if none fits."""
+    return Planned(tank, limits, propose(tank, limits, seconds, dofs, _steps(progress), know, aim))
 
 
 def before_dives(file: VehicleFile) -> Tank:

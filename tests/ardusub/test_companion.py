@@ -1,14 +1,18 @@
 """A companion beside ArduSub, the fake one and, where it is at hand, the firmware: what is asked, and who flies."""
 
+import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Aboard, Pilot, arm, orders, ready, taken
 
 from bridge.ardusub.companion import NO_ARDUSUB
+from bridge.ardusub.mixing import mixer_of
 from bridge.links.link import memory_pair
 from bridge.onboard.store import NONE_YET
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
+from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.feedforward import Switch
 from gcs_plugin.peers import KnownVehicle, Peers
@@ -110,6 +114,20 @@ def test_off_and_in_shadow_the_pilot_flies_as_if_there_were_no_companion(autopil
     autopilot.run(1.0, aboard, pilot)
     assert pilot.read("SYSID_MYGCS") == 255
     assert pwm(aboard)[2] == pytest.approx(stick_pwm(300), abs=1.5)
+
+
+def test_outputs_beyond_full_thrust_are_cut_off_each_by_itself_as_the_mixer_foretells(autopilot):
+    aboard, pilot = under_way(autopilot, Mode.OFF)
+    pilot.sticks |= {"x": 1000, "y": 1000, "r": 1000}
+    autopilot.run(1.0, aboard, pilot)
+    assert pwm(aboard)[:4] == pytest.approx((1700, 1100, 1700, 1700), abs=2)
+    file = load_vehicle("bluerov2")
+    shape = file.vehicle.configurations["standard"]
+    mixer = mixer_of(
+        aboard.companion.settings.values, shape, thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    )
+    foretold = mixer.wrench(np.full(3, 0.5))
+    assert foretold == pytest.approx(mixer.wrench_of_pulses([*pwm(aboard)[:4], 1500, 1500]), abs=1.0)
 
 
 def test_raised_the_companion_holds_the_sticks_and_lowered_it_proves_that_they_are_back(autopilot, tmp_path):

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, Ardusub
 from fakes.firmware import Firmware
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
 from test_dvl_and_recording import WITH_DVL, Dvl
 
@@ -14,7 +15,7 @@ from bench.ardusub.firmware import Passing
 from bridge.flight.flight import End, State
 from bridge.flight.limits import FlightLimits
 from bridge.vehicle.legs import Leg
-from bridge.wire.framing import Framer, decode
+from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.flying.session import FlightSession
 from tui.flying import recorded_crew
 
@@ -134,6 +135,23 @@ def test_a_plan_is_flown_by_sticks_and_the_vehicle_ends_where_it_began_as_it_was
     assert flown.is_free()
 
 
+@pytest.mark.parametrize("push_n", [2.0, 8.0, 200.0])
+def test_the_wrench_recorded_is_that_of_the_sticks_sent_whatever_was_wanted(fake, push_n):
+    """Within the dead zone of the thrusters, between, and beyond a full stick."""
+    flown = Flown(fake)
+    flown.afloat().begin()
+    companion = flown.aboard.companion
+    actuations, take = [], companion.take_actuations
+    companion.take_actuations = lambda: [actuations.append(taken) or taken for taken in take()]
+    flown.session.fly((Leg(3.0, push_surge_n=push_n),))
+    flown.until(lambda: flown.flight.state is State.FLYING).run(2.0)
+    pulses = [*fake.pwm[:4], 1500, 1500]
+    surge_n = companion.law._mixer.wrench_of_pulses(pulses)[0]
+    assert actuations[-1].tau_cmd[0] == pytest.approx(surge_n, abs=0.25)
+    assert actuations[-1].tau_cmd[3:5] == (0.0, 0.0)
+    assert (surge_n < 0.9 * push_n) == (push_n > 100)
+
+
 def test_a_touched_stick_has_the_vehicle_at_once_in_the_mode_it_was_in(flown):
     flown.afloat(ALT_HOLD).flying()
     flown.pilot.flies = True
@@ -242,6 +260,33 @@ def test_nothing_is_armed_without_a_flight_and_a_stopped_companion_leaves_it_dis
     flown.until(lambda: flown.aboard.companion.leave(), 5.0).run(1.0)
     assert (flown.flight.end, flown.armed, flown.pwm) == (End.TAKEN, False, {1500})
     assert flown.is_free()
+
+
+def no_failsafe(flown):
+    flown.pilot.write("FS_GCS_ENABLE", 0.0)
+
+
+def second_companion(flown):
+    """It beats on the companion's link, with the address of the first."""
+    other = Encoder(1, 191)
+    for _ in range(3):
+        other.encode(dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3))
+        flown.autopilot.ends[1].write(other.encode(dialect.MAVLink_heartbeat_message(18, 8, 0, 0, 4, 3)))
+
+
+def applet_beats(flown):
+    flown.autopilot.send(dialect.MAVLink_named_value_float_message(0, b"FF_MODE", 0.0))
+
+
+@pytest.mark.parametrize("change", [no_failsafe, second_companion, applet_beats])
+def test_what_would_have_let_no_flight_begin_brings_it_back_under_way(fake, change):
+    flown = Flown(fake).afloat().flying()
+    change(flown)
+    flown.until(lambda: flown.flight.state is State.RETURNING, 2.0)
+    assert flown.flight.end is End.UNFIT
+    assert any("no feed-forward: " in text for text in flown.pilot.words())
+    flown.until(lambda: not flown.armed)
+    assert flown.run(3.0).is_free()
 
 
 def kill(flown):

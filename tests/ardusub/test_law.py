@@ -74,6 +74,28 @@ def test_a_reversed_thruster_in_the_file_alone_is_noticed():
         Mixer(1, (1.0, 1.0, -1.0, 1.0, 1.0, 1.0), SHAPE, CURVE)
 
 
+@pytest.mark.parametrize(("frame", "name"), [(1, "bluerov2"), (2, "bluerov2_heavy")])
+def test_outputs_beyond_full_thrust_are_cut_off_each_or_scaled_down_together_by_frame(frame, name):
+    file = load_vehicle(name)
+    shape = next(iter(file.vehicle.configurations.values()))
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    mixer = Mixer(frame, (1.0,) * len(shape.thrusters), shape, curve)
+    ahead, aside, turn = mixer.wrench(np.array([0.5, 0.5, 0.5]))
+    within = mixer.wrench(np.array([1.0, 1.0, 1.0]) / 3)
+    if frame == 1:
+        assert ahead > 1.1 * within[0], "the three outputs at half thrust keep it"
+    else:
+        assert (ahead, aside, turn) == pytest.approx(tuple(within))
+
+
+def test_the_whole_wrench_of_sticks_has_heave_and_what_the_frame_gives_beside_it():
+    inputs = np.array([0.2, -0.1, 0.05])
+    whole = MIXER.whole_wrench(inputs, 0.3)
+    assert whole[[0, 1, 5]] == pytest.approx(MIXER.wrench(inputs))
+    assert MIXER.heave_input(whole[2]) == pytest.approx(0.3, abs=1e-6)
+    assert whole[3] == pytest.approx(0.0, abs=1e-9)
+
+
 def law(coefficients=MODEL):
     return StickLaw(FILE.vehicle, "standard", lambda _: coefficients, FILE.path.parent, MIXER)
 

@@ -97,6 +97,15 @@ def test_a_sysid_that_a_crash_left_is_put_back_and_said_even_where_no_file_remem
     assert fake.parameters["SYSID_MYGCS"] == 255
 
 
+@pytest.mark.parametrize(("frame", "value", "says"), [(1.0, 1.0, True), (1.0, 0.0, False), (2.0, 1.0, False)])
+def test_a_coupling_that_cuts_surge_is_said_where_the_frame_has_it(frame, value, says):
+    fake, aboard, pilot = afloat({"MOT_FV_CPLNG_K": value, "FRAME_CONFIG": frame})
+    fake.run(20.0, aboard, pilot)
+    assert aboard.companion.settings.complete
+    said = "surge falls short while it climbs or dives hard: MOT_FV_CPLNG_K is 1, set 0"
+    assert (said in pilot.words()) == says
+
+
 def test_a_second_ground_station_that_writes_is_named_with_what_to_do():
     fake, aboard, pilot = afloat({})
     ready(fake, aboard, pilot)

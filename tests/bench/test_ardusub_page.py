@@ -1,5 +1,8 @@
 """The table of the firmware's dives."""
 
+import pytest
+
+from bench.ardusub.flight import version_of
 from bench.ardusub.page import BEGIN, END, followed, page, table, with_block
 
 MASSES = {"M_u": [17.0, 17.5, 17.1, 17.9], "M_w": [26.0, 26.1, 25.9, 26.3]}
@@ -49,11 +52,35 @@ def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_th
 
 def test_each_way_to_follow_the_sticks_stands_beside_the_sticks_alone():
     lines = followed(
-        {"off": {"sticks alone": [0.14, 0.12], "companion, `ff`": [0.01, 0.008]}, "latest_s": 0.0214}
+        {
+            "off": {"sticks alone": [0.14, 0.12], "companion, `ff`": [0.01, 0.008]},
+            "latest_s": 0.0214,
+            "version": "4.5.7",
+        }
     )
     assert "| sticks alone | 140.0 mm/s | 120.0 mm/s | 1/1.0, 1/1.0 |" in lines
     assert "| companion, `ff` | 10.0 mm/s | 8.0 mm/s | 1/14.0, 1/15.0 |" in lines
-    assert lines[-1] == "The latest tick of the applet's script came after 21 ms."
+    assert lines[-1] == "The latest tick of the applet's script came after 21 ms. Flown with ArduSub 4.5.7."
+
+
+def test_where_the_firmware_keeps_overrides_the_page_says_that_the_applet_adds_nothing():
+    lines = followed({"off": {"sticks alone": [0.14, 0.12]}, "latest_s": None, "version": "4.5.0-beta"})
+    assert lines[-1] == (
+        "This firmware keeps overrides for ever: the applet adds nothing there. Flown with ArduSub 4.5.0-beta."
+    )
+
+
+@pytest.mark.parametrize(
+    ("number", "words"),
+    [
+        (0x040507FF, "4.5.7"),
+        (0x04050080, "4.5.0-beta"),
+        (0x04060182, "4.6.1-beta2"),
+        (0x04070000, "4.7.0-dev"),
+    ],
+)
+def test_the_firmwares_version_is_read_as_it_is_spoken(number, words):
+    assert version_of(number) == words
 
 
 def test_a_block_of_the_page_is_written_anew_and_the_rest_of_it_stays():

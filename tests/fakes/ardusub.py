@@ -31,6 +31,7 @@ def parameters():
         "FS_PILOT_TIMEOUT": 3.0, "JS_GAIN_DEFAULT": 0.5, "PSC_ACCZ_FF": 0.0, "PSC_VELXY_FF": 0.0,
         "VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0, "SCR_ENABLE": 0.0,
         "INS_GYRO_FILTER": 20.0, "INS_ACCEL_FILTER": 20.0,
+        "MOT_FV_CPLNG_K": 0.0,
         **{f"MOT_{n}_DIRECTION": 1.0 for n in range(1, 7)},
         **{f"SERVO{n}_FUNCTION": 32.0 + n if n <= 6 else 0.0 for n in range(1, 17)},
     }  # fmt: skip
@@ -279,8 +280,7 @@ class Ardusub:
             return [1500] * 6
         inputs = [max(-1.0, min(1.0, (self.rc(channel) - 1500) / 400)) for channel in (5, 6, 4)]
         sums = [sum(f * i for f, i in zip(row, inputs, strict=True)) for row in VECTORED]
-        largest = max(1.0, *(abs(s) for s in sums))
-        return [round(1500 + 400 * s / largest) for s in sums]
+        return [int(1500 + 400 * max(-1.0, min(1.0, s))) for s in sums]
 
     def stream(self, now_s):
         self.pwm = self.scripting.overridden(self.mixed())

@@ -124,6 +124,19 @@ def test_limits_and_an_order_begin_a_flight():
     assert reading.values[:4] == (float(State.COUNTDOWN), float(End.NONE), 7.0, 3.0)
 
 
+def test_a_ground_that_says_it_is_there_is_missed_where_another_beats_and_one_that_never_does_is_not():
+    for says in (True, False):
+        deck = Deck()
+        deck.begin()
+        if says:
+            assert deck.send(ORDER, Order.HERE) == (ACCEPTED, Order.HERE)
+        for _ in range(40):
+            deck.ideal.now_s += 0.1
+            deck.flights.hear(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), deck.ideal.now_s)
+            deck.step()
+        assert (deck.flights.flight.end is End.LINK) == says
+
+
 def test_a_repeated_order_is_acknowledged_and_not_obeyed_again():
     deck = Deck()
     deck.begin()

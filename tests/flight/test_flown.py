@@ -141,6 +141,11 @@ def silent(sea):
     sea.ground = False
 
 
+def dead_program(sea):
+    """The program that flies it ends, and another ground of the same address beats on."""
+    sea.session.tick = lambda _: []
+
+
 def low_battery(sea):
     sea.vehicle.bridge._feedback.voltage_v = lambda _: 12.5
 
@@ -152,6 +157,7 @@ def tilted(sea):
 
 RETURNS = {
     "the link is lost": (silent, {}, WAVE, End.LINK),
+    "the program that flies it dies, another ground beats": (dead_program, {}, WAVE, End.LINK),
     "the battery is low": (low_battery, {}, WAVE, End.BATTERY),
     "the depth limit": (None, {"deepest_m": 2.0}, DOWN, End.DEPTH),
     "the distance limit": (None, {"distance_m": 1.0}, AWAY, End.DISTANCE),

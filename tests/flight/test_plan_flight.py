@@ -435,7 +435,7 @@ def forecast(folder, **widths):
     """What `plan` leaves for `calibrate`: the plan, and how well each coefficient would be known by it."""
     foretold = [{"name": n, "after": {"relative_std": widths.get(n, 0.01) / 1.96}} for n in ("M_u", "D_u")]
     (folder / "calibrate-plan.yaml").write_text(PLAN)
-    (folder / "calibrate-plan.json").write_text(json.dumps({"parameters": foretold}))
+    (folder / "calibrate-plan.json").write_text(json.dumps({"duration_s": 300.0, "parameters": foretold}))
     return 0
 
 
@@ -443,10 +443,11 @@ def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, 
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
     monkeypatch.setattr(calibrate, "step", lambda *_: forecast(files / "dives", D_u=0.066))
     assert cli.main(CALIBRATE) == 1
+    said = " ".join(capsys.readouterr().out.split())
     assert (
-        "nothing was sent: all of this plan tells D_u to 6.6 % alone, and --to asks for 3 %: give --to 7, more "
-        "--minutes, or wider limits, or --know M_u" in " ".join(capsys.readouterr().out.split())
-    )
+        "nothing was sent: all of this plan tells D_u to 6.6 % alone, and --to asks for 3 %: give --to 7, or about "
+        "--minutes 25 with a time_s of more than 1500 in the limits, or wider limits, or --know M_u"
+    ) in said
 
 
 @pytest.mark.parametrize(
@@ -472,7 +473,7 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
     monkeypatch.setattr(calibrate, "step", step)
     assert cli.main([*CALIBRATE, "--json", "out.json"]) == 1
     assert [name for name, *_ in steps] == ["plan", *taken]
-    within = "--minutes 5 --space 3 --depth-space 1.05 --speed 0.5 --out dives/calibrate-plan.yaml "
+    within = "--minutes 5 --to 3 --space 3 --depth-space 1.05 --speed 0.5 --out dives/calibrate-plan.yaml "
     within += "--json dives/calibrate-plan.json"
     assert steps[0][3:] == tuple(within.split())
     assert [words[0] for name, *words in steps if name == "params"] == ["upload"][: len(taken) - 1]

@@ -371,6 +371,22 @@ def test_both_sources_are_compared():
     assert note.startswith("In surge the wrench from PWM differs from TAU_CMD by 1.2 N rms of 14 N; ")
 
 
+def test_pulses_that_follow_a_command_over_a_link_are_compared_when_they_are_there():
+    time_s = np.arange(0.0, 20.0, 0.05)
+    ahead = np.sign(np.sin(time_s))
+    late = Signal(time_s + 0.03, np.column_stack([1500.0 + 200.0 * ahead] * 2))
+
+    def notes(force_n):
+        commanded = Signal(time_s, np.outer(force_n * ahead, np.eye(6)[0]))
+        return wrench(recorded(pwm=late, tau_cmd=commanded), thruster_vehicle(), "twin").notes
+
+    assert notes(20.0) == ()
+    (note,) = notes(24.0)
+    assert note.startswith(
+        "In surge the wrench from PWM differs from TAU_CMD by 4 N rms of 24 N, 30 ms after it; "
+    )
+
+
 def test_a_thruster_without_a_pulse_is_at_rest():
     ours = wrench(recorded(pwm=pwm([0.0], (0.0, 1700.0))), thruster_vehicle(), "twin")
     assert ours.at(np.array([1.0]))[0, 0] == pytest.approx(10.0)

@@ -12,7 +12,7 @@ from bridge.simulator.direct import QUIET, simulate_truth
 from bridge.simulator.missions import load_mission, survey
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import Autopilot
-from bridge.vehicle.coefficients import HEAVE, SURGE, SWAY, YAW
+from bridge.vehicle.coefficients import BY_NAME, HEAVE, SURGE, SWAY, YAW
 from bridge.vehicle.config import Prior, load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
@@ -20,15 +20,17 @@ from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from identify.planning.knowledge import (
     NAMES,
+    TOLD,
     AxisNoise,
     after,
+    axis_of,
     before_any_dive,
-    of_axis,
 )
 from identify.planning.limits import Limits, Tank
 from identify.planning.manoeuvres import Drive, coast_down, laps, square, sweep
 from identify.planning.propose import drivable, mission_legs, propose, relative_std, stamped
 from identify.planning.writing import DOUBT, instruction, mission_text, needs, notes, pulses
+from identify.run.plan import before_dives
 
 FILE = load_vehicle("ruvifist:hovering")
 TRUTH = load_truth(FILE, "hovering")
@@ -46,7 +48,7 @@ def _waves_of_few_lengths(request, monkeypatch):
 
 
 def known_to(widths):
-    precision = np.diag([widths[name] ** -2.0 if name in widths else 0.0 for name in NAMES])
+    precision = np.diag([widths[name] ** -2.0 if name in widths else 0.0 for name in TOLD])
     return replace(KNOWN, precision=precision)
 
 
@@ -216,8 +218,9 @@ def square_wave(force_n, period_s, seconds):
     return velocity
 
 
-def exact_information(velocity, noise, every):
-    """dm' S^-1 dm of readings every so many steps, the trim force projected out; S by brute force."""
+def exact_information(velocity, noise, every, more=()):
+    """dm' S^-1 dm of readings every so many steps, the trim force projected out; S by brute force. `more`: forces
+    beside those of mass and damping."""
     n = len(velocity)
     keep, gain = np.exp(-DAMPING / MASS * STEP_S), (1 - np.exp(-DAMPING / MASS * STEP_S)) / DAMPING
     answer = gain * np.array([[keep ** (i - 1 - j) if j < i else 0.0 for j in range(n)] for i in range(n)])
@@ -225,13 +228,13 @@ def exact_information(velocity, noise, every):
     force = noise.disturbance**2 * np.exp(-lag / noise.time_constant_s)
     acceleration = np.gradient(velocity, STEP_S)
     shapes = np.column_stack(
-        [answer @ (-MASS * acceleration), answer @ (-DAMPING * velocity), answer @ np.ones(n)]
+        [answer @ shape for shape in (-MASS * acceleration, -DAMPING * velocity, *more, np.ones(n))]
     )
     read = slice(0, None, every)
     covariance = (answer @ force @ answer.T)[read, read]
     covariance += noise.velocity / (STEP_S * every) * np.eye(len(covariance))
     whole = shapes[read].T @ np.linalg.solve(covariance, shapes[read])
-    return np.asarray(whole[:2, :2] - np.outer(whole[:2, 2], whole[2, :2]) / whole[2, 2])
+    return np.asarray(whole[:-1, :-1] - np.outer(whole[:-1, -1], whole[-1, :-1]) / whole[-1, -1])
 
 
 @pytest.mark.parametrize("period_s", [4.0, 16.0])
@@ -239,10 +242,46 @@ def test_it_is_the_exact_gaussian_information_within_a_few_percent(period_s):
     noise = AxisNoise(1.0, 1.5, 0.004**2 / 10)
     velocity = square_wave(20.0, period_s, 32.0)
     exact = exact_information(velocity, noise, 2)
-    result = of_axis(STEP_S, velocity, MASS, DAMPING, noise)
+    axis = axis_of(STEP_S, velocity, MASS, DAMPING, 0.0, noise)
+    result = np.diag(axis.information(axis.answers))
     # The trim force and the ends of the record, which the spectrum leaves out, cost the slow wave most.
     assert np.sqrt(result) == pytest.approx(np.sqrt(np.diag(exact)), rel=0.08)
     assert abs(exact[0, 1]) < 0.1 * np.sqrt(exact[0, 0] * exact[1, 1])
+
+
+def test_quadratic_drag_beside_the_linear_one_leaves_it_as_wide_as_exactly():
+    """The motion and its impedance are those of the linear drag; the quadratic one is so small that it changes them
+    by nothing."""
+    noise, small = AxisNoise(1.0, 1.5, 0.004**2 / 10), 1e-3
+    velocity = square_wave(20.0, 8.0, 32.0)
+    exact = exact_information(velocity, noise, 2, [-small * np.abs(velocity) * velocity])
+    axis = axis_of(STEP_S, velocity, MASS, DAMPING, small, noise)
+    ours = axis.information(axis.answers)
+    wide = [np.sqrt(np.linalg.inv(each)[1, 1]) for each in (ours, exact)]
+    assert wide[0] == pytest.approx(wide[1], rel=0.1)
+    assert wide[0] > 2 / np.sqrt(ours[1, 1]), "both resemble each other"
+
+
+def test_a_vehicle_with_quadratic_drag_is_pushed_harder_and_its_drags_are_promised_less(monkeypatch):
+    monkeypatch.setattr("identify.planning.propose._families", lambda *_: [square(8.0, PUSH)])
+    hard = before_dives(load_vehicle("bluerov2"))
+    linear = {name: value for name, value in hard.knowledge.values.items() if name in BY_NAME}
+    easy = Tank(hard.file, hard.configuration_name, replace(hard.knowledge, values=linear))
+    linear_only, both = (propose(tank, Limits(space_m=3.0), 60.0, [SURGE]) for tank in (easy, hard))
+    place = NAMES.index("D_u")
+    assert both.after[place] > 2 * linear_only.after[place]
+    assert both.parts[0].manoeuvre.amplitudes > linear_only.parts[0].manoeuvre.amplitudes
+
+
+def test_time_goes_first_to_what_is_known_worse_than_asked():
+    before = known_to({"M_u": 0.035, "D_u": 0.035, "I_r": 1e-4, "D_r": 0.04})
+    tank = Tank(FILE, "hovering", before)
+
+    def axes(**aim):
+        parts = propose(tank, Limits(), 45.0, [SURGE, YAW], **aim).parts
+        return {dof for part in parts for dof in part.manoeuvre.dofs}
+
+    assert (axes(), axes(aim=0.04)) == ({SURGE}, {YAW})
 
 
 def test_surge_mass_of_vehicle_a_is_known_to_0_28_percent_by_a_square_wave_and_to_2_85_by_the_lap():
@@ -255,8 +294,8 @@ def test_surge_mass_of_vehicle_a_is_known_to_0_28_percent_by_a_square_wave_and_t
     tank, noise = Tank(file, "survey", knowledge), AxisNoise(1.0, 4.5, 0.004**2 / 8)
 
     def known_to(legs):
-        mass, _ = of_axis(STEP_S, tank.dive(legs).nu[:, 0], MASS, DAMPING, noise)
-        return float(100 / np.sqrt(mass))
+        axis = axis_of(STEP_S, tank.dive(legs).nu[:, 0], MASS, DAMPING, 0.0, noise)
+        return float(100 / np.sqrt(axis.information(axis.answers)[0, 0]))
 
     wave = square(4.0, Drive(SURGE, "push_surge_n", 24.0)).at(1.0, 15)
     lap = [leg for leg in survey().legs if leg.name.startswith("lap 0.5 m/s, ")][:8]
@@ -317,6 +356,20 @@ def test_an_identification_brings_its_values_its_widths_and_its_noise():
     assert (noise.disturbance, noise.time_constant_s) == (0.8, 4.0)
     assert noise.velocity == pytest.approx(0.006**2 / 10.0)
     assert known.noise[1] == before_any_dive(FILE, "hovering").noise[1]
+
+
+def test_an_identification_with_quadratic_drag_brings_that_too():
+    source = before_dives(load_vehicle("bluerov2"))
+    of, values = ["D_u", "X_uu"], {"D_u": 4.0, "X_uu": 20.0}
+    said = identified(
+        configuration="standard",
+        vehicle={"name": "bluerov2"},
+        parameters=[{"name": name, "value": values.get(name)} for name in TOLD],
+        covariance={"of": of, "matrix": [[0.04, -0.09], [-0.09, 0.25]]},
+    )
+    known = after(said, source.file, "standard", "first.json")
+    assert (known.values["X_uu"], known.values["N_rr"]) == (20.0, 1.55)
+    assert relative_std(known.precision)[NAMES.index("D_u")] == pytest.approx(0.05)
 
 
 def test_a_value_that_is_hardly_known_is_not_planned_with_but_its_width_counts():

@@ -15,6 +15,7 @@ from bridge import exit_codes
 from bridge.exit_codes import UsageError
 from bridge.flight.flight import End
 from bridge.flight.limits import FlightLimits, load_limits
+from bridge.vehicle.coefficients import DAMPINGS, MASSES, YAW
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.flying.plan import load_plan
@@ -47,6 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
         asked = (
             "--minutes",
             f"{arguments.minutes:g}",
+            "--to",
+            f"{arguments.to:g}",
             *(("--know", *arguments.know) if arguments.know else ()),
         )
         files = ("--out", str(plan), "--json", str(foretold))
@@ -59,7 +62,7 @@ def run(arguments: argparse.Namespace) -> int:
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)
     tell = partial(fly.tell, console)
-    vague = too_vague(read_json(foretold), wanted) if foretold.is_file() else ""
+    vague = too_vague(read_json(foretold), wanted, limits) if foretold.is_file() else ""
     if vague or not arguments.armed:
         tell(
             f"nothing was sent: {vague or '--armed arms the vehicle, flies this, and uploads what it tells in shadow'}"
@@ -104,7 +107,7 @@ def run(arguments: argparse.Namespace) -> int:
     return code
 
 
-def too_vague(plan: Mapping[str, Any], wanted: Wanted) -> str:
+def too_vague(plan: Mapping[str, Any], wanted: Wanted, limits: FlightLimits) -> str:
     """Why no flight of a plan, the JSON of `plan`, would tell the wanted parameters, and ways out; "" if one may."""
     widths = {each["name"]: Z95 * (each["after"]["relative_std"] or 0.0) for each in plan["parameters"]}
     vague = {name: widths[name] for name in wanted.names if widths[name] > wanted.share}
@@ -112,10 +115,17 @@ def too_vague(plan: Mapping[str, Any], wanted: Wanted) -> str:
         return ""
     known = listed([f"{name} to {100 * width:.2g} %" for name, width in vague.items()])
     sharp = " ".join(name for name in wanted.names if name not in vague)
-    return (
-        f"all of this plan tells {known} alone, and --to asks for {100 * wanted.share:g} %: give "
-        f"--to {math.ceil(100 * max(vague.values()))}, more --minutes, or wider limits"
-        + (f", or --know {sharp}" if sharp else "")
+    # An interval narrows with the root of the time.
+    minutes = math.ceil(plan["duration_s"] / 60 * (max(vague.values()) / wanted.share) ** 2)
+    longer = f"about --minutes {minutes}" + (
+        f" with a time_s of more than {60 * minutes} in the limits" if 60 * minutes > limits.time_s else ""
+    )
+    ways = [f"--to {math.ceil(100 * max(vague.values()))}", longer]
+    # How fast it turns is not the limits' to say.
+    ways += ["wider limits"] if {*vague} - {MASSES[YAW].name, DAMPINGS[YAW].name} else []
+    ways += [f"--know {sharp}"] if sharp else []
+    return f"all of this plan tells {known} alone, and --to asks for {100 * wanted.share:g} %: give " + (
+        ", or ".join(ways)
     )
 
 

@@ -43,7 +43,8 @@ def run(arguments: argparse.Namespace) -> int:
     dofs = [AXES[axis] for axis in AXES if axis in arguments.axes]
     with show.steps("plan") as progress:
         tank = _tank(file, arguments.after, arguments.columns, progress)
-        planned = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know)
+        aim = (arguments.to or 0.0) / 100 / Z95
+        planned = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aim)
     proposal, knowledge, configuration = planned.proposal, tank.knowledge, tank.configuration_name
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
     name = arguments.vehicle.removesuffix(f":{configuration}")
