@@ -1,7 +1,7 @@
 """Which causes are named: their forms and bounds, the choice among them, and how probable each is."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -42,6 +42,7 @@ class Weighed:
 
     gains: Mapping[tuple[str, ...], float]
     library: tuple[Effect, ...]
+    now: SimpleNamespace = field(default_factory=lambda: SimpleNamespace(stamped_s=0.0, course=None))
 
     def fitted(self, causes: Sequence[Cause]) -> Fitted:
         labels = tuple(sorted(cause.effect.label for cause in causes))

@@ -157,7 +157,7 @@ def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_cur
 )  # fmt: skip
 def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spoilt, unjudged, words):
     lacks = lacking(
-        [spoilt(dive_of(case)), dive_of(case)], case.file.vehicle.configurations[case.configuration]
+        spoilt(dive_of(case)), dive_of(case), case.file.vehicle.configurations[case.configuration]
     )
     tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, QUADRATIC_DRAG)
     shape = case.file.vehicle.configurations[case.configuration]

@@ -7,6 +7,7 @@ from html.parser import HTMLParser
 import pytest
 
 from bridge.errors import LogError
+from identify.report.cells import fixed
 from identify.report.page import Figure, Report, Section, Table, render_report, write_report
 from identify.report.plot import Panel, lines_panel, stack
 
@@ -47,7 +48,9 @@ class Page(HTMLParser):
         return [text for tag, text in self.texts if tag in tags]
 
 
-TABLE = Table(("Name", "Value"), (("a", "1 m"), ("b", "−2 m"), ("c", "—")), "Three things")
+TABLE = Table(
+    ("Name", "Value"), (("a", fixed(1, 0, "m")), ("b", fixed(-2, 0, "m")), ("c", "—")), "Three things"
+)
 FIGURE = Figure("line", "A line", stack([Panel(lambda box: box.plot([0, 1], [0, 1]))]))
 
 
