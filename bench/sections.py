@@ -13,7 +13,9 @@ from bench.ardusub.sources import SOURCES as ARDUSUB
 from bench.diagnosis import page as diagnosis
 from bench.diagnosis import power
 from bench.diagnosis import sources as of_diagnosis
+from bench.field import ground_station
 from bench.field import section as field
+from bench.field.sources import GROUND_STATION
 from bench.field.sources import SECTION as FIELD
 from bench.mutants import section as mutants
 from bench.operation import flying, gap_monitor, station
@@ -95,6 +97,7 @@ SECTIONS = {
     ),
     "coverage": Measurement(lambda run: coverage.section(run.seeds(4, 20), run.kept), coverage.SOURCES),
     "field": Measurement(lambda run: field.section(run.kept, run.short), FIELD),
+    "ground station": Measurement(lambda run: ground_station.section(run.kept, run.short), GROUND_STATION),
     "unknown": Measurement(lambda run: unknown.section(run.kept, run.short), unknown.SOURCES),
     "diagnosis": Measurement(lambda run: diagnosis.section(run.kept, run.short), of_diagnosis.SECTION),
     "ardusub": Measurement(lambda run: ardusub.page(run.cache, run.docs), ARDUSUB, asked=True),

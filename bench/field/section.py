@@ -12,7 +12,7 @@ import numpy as np
 from bench.diagnosis.goals import figure_words
 from bench.field.answers import Planned, planned_job
 from bench.field.draw import DIVE_S, NONE, plan
-from bench.field.export import COMPANION, STATION, Rates
+from bench.field.export import COMPANION, Rates
 from bench.field.regressions import HORIZONS_S, NAMES
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.sources import ANSWERS
@@ -22,47 +22,26 @@ from bench.words import in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
 SEED, COUNT = 600_000, 240
-STATION_SEED, STATION_COUNT = 610_000, 56
 SHORT_SEED, SHORT_COUNT = 390_000, 16
 """Nothing is tuned on dives of SEED; the short form, which anyone may look at, uses seeds of development."""
 
 
 def section(cache: Path, short: bool) -> str:
     """The section, from the results in `cache`; runs the dives that are missing there."""
-    kept = Remembered(cache / "field.jsonl")
-
-    def cases_of(seed: int, count: int, rates: Rates) -> list[Judged]:
-        dives = [Planned(seed, number, effect, rates) for number, effect in plan(seed, count)]
-        jobs = {f"{dive.name}:{stamp(*ANSWERS)}": partial(planned_job, dive) for dive in dives}
-        return [judged(data) for data in kept.fill(jobs, "field dives").values()]
-
-    if short:
-        return page(cases_of(SHORT_SEED, SHORT_COUNT, COMPANION), SHORT_SEED, [])
-    by_station = cases_of(STATION_SEED, STATION_COUNT, STATION)
-    return page(cases_of(SEED, COUNT, COMPANION), SEED, by_station)
+    seed, count = (SHORT_SEED, SHORT_COUNT) if short else (SEED, COUNT)
+    return page(cases_of(cache, seed, count, COMPANION), seed)
 
 
-def page(cases: Sequence[Judged], seed: int, by_station: Sequence[Judged]) -> str:
-    """The section from its dives, and from those that a ground station recorded."""
-    slow = _by_station(by_station) if by_station else []
-    return "\n".join(["## Field dives", "", *_introduction(cases, seed), "", *lines(cases), *slow, ""])
+def cases_of(cache: Path, seed: int, count: int, rates: Rates) -> list[Judged]:
+    """The dives of a plan and their answers, from the results in `cache`; runs those that are missing there."""
+    dives = [Planned(seed, number, effect, rates) for number, effect in plan(seed, count)]
+    jobs = {f"{dive.name}:{stamp(*ANSWERS)}": partial(planned_job, dive) for dive in dives}
+    return [judged(data) for data in Remembered(cache / "field.jsonl").fill(jobs, "field dives").values()]
 
 
-def _by_station(cases: Sequence[Judged]) -> list[str]:
-    return [
-        "",
-        *paragraph(
-            f"As a ground station records them: {len(cases)} further dives (seed {STATION_SEED}) with pulses,",
-            "accelerometer and pressure twice a second, position at 3.3 Hz, attitude and the sticks at 20 Hz. The",
-            "pulses between two are reckoned from the sticks and the attitude. The goals are those of the others.",
-        ),
-        "",
-        *goals(cases),
-        "",
-        *beside_goals(cases),
-        "",
-        *wrong(cases),
-    ]
+def page(cases: Sequence[Judged], seed: int) -> str:
+    """The section from its dives."""
+    return "\n".join(["## Field dives", "", *_introduction(cases, seed), "", *lines(cases), ""])
 
 
 def lines(cases: Sequence[Judged]) -> list[str]:

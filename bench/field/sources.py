@@ -22,3 +22,4 @@ ANSWERS = (
 """Code that makes, diagnoses and predicts the dives; the code of an answer's wording does not change these."""
 
 SECTION = (*ANSWERS, *(f"bench/field/{name}.py" for name in ("score", "section")))
+GROUND_STATION = (*SECTION, "bench/field/ground_station.py")
