@@ -199,6 +199,11 @@ def _at(signal: Signal, time_s: Array) -> Array:
     return np.asarray(known.value[_latest(known.time_s, time_s)])
 
 
+def _readings(dive: Dive) -> tuple[Signal | None, ...]:
+    """The readings, beside the attitude, that the autopilot answers."""
+    return dive.gyro, dive.pressure if dive.depth is None else dive.depth, dive.velocity
+
+
 def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
     """The signals that make the pulses, (m, p): sticks `delay_s` earlier, angles, rates, depth or the pressure that
     tells it, velocity.
@@ -215,7 +220,7 @@ def _makers(dive: Dive, time_s: Array, delay_s: float) -> Array:
         roll, pitch, yaw = euler_angles(attitude.value)
         angles = Signal(attitude.time_s, np.column_stack([roll, pitch, np.unwrap(yaw)]))
         columns.append(_at(angles, time_s))
-    for signal in (dive.gyro, dive.pressure if dive.depth is None else dive.depth, dive.velocity):
+    for signal in _readings(dive):
         if signal is not None and np.isfinite(signal.value).all(axis=1).any():
             columns.append(_at(signal, time_s))
     return np.hstack(columns)
