@@ -22,17 +22,17 @@ from bridge.vehicle.config import VehicleFile
 from identify.axis_span import Span
 from identify.checks.actuation.controller import unrecorded
 from identify.dive import Dive, Signal
-from identify.estimators.autopilot_velocity import lasting_axes
-from identify.estimators.drag_and_timing import (
+from identify.estimators.likelihood.fit import Begun, rough_fit
+from identify.estimators.likelihood.joint import coefficients
+from identify.estimators.missing_forces.drag_and_timing import (
     Force,
-    coefficients,
     doubts_of,
     lacking_drag,
     timing_of,
     with_forces,
 )
-from identify.estimators.likelihood_fit import Begun, rough_fit
 from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable
+from identify.estimators.timing.autopilot_velocity import lasting_axes
 from identify.forces import wrench
 from identify.identification import LARGEST_RELATIVE_STD
 

@@ -10,14 +10,14 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATICS, SURGE, SWAY
 from bridge.vehicle.config import Damping
 from identify.doubt import Culprit, Doubt, Outcome, coefficients_of
-from identify.estimators.axes import Axes, Axis
-from identify.estimators.drag_and_timing import DOUBTFUL_SCORE, Force, Multiplier, with_forces
-from identify.estimators.forms import Kind
-from identify.estimators.innovations import INCREMENT, POSITION
-from identify.estimators.likelihood_axis import AxisLikelihood
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.readings import Channel
-from identify.estimators.unmodelled import Lack
+from identify.estimators.axes.axis import Axes, Axis
+from identify.estimators.axes.readings import Channel
+from identify.estimators.filter.state import INCREMENT, POSITION
+from identify.estimators.likelihood.axis import AxisLikelihood
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.missing_forces.drag_and_timing import DOUBTFUL_SCORE, Force, Multiplier, with_forces
+from identify.estimators.missing_forces.forms import Kind
+from identify.estimators.missing_forces.screening import Lack
 from identify.identification import ThrustDelay
 from identify.words import axes_named
 

@@ -89,8 +89,8 @@ from identify.diagnose.words.diagnosis import shown_note
 from identify.dive import Dive
 from identify.effects.effect import OWN_VELOCITY, Effect
 from identify.effects.library import library
-from identify.estimators.likelihood_axis import MASS
-from identify.estimators.unmodelled import LEAST_FORCE
+from identify.estimators.likelihood.axis import MASS
+from identify.estimators.missing_forces.screening import LEAST_FORCE
 from identify.ingest.commands import unknown_between
 from identify.threads import both
 

@@ -11,7 +11,7 @@ from identify.diagnose.gap.missing import Missing
 from identify.diagnose.gap.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.result import Gain
 from identify.effects.course import Course
-from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.estimators.likelihood.axis import DISTURBANCE, TIME_CONSTANT
 from identify.statistics import left_of
 
 LEVEL = (0, 1)

@@ -18,8 +18,8 @@ from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
 from identify.dive import Dive, Signal
-from identify.estimators.drag_and_timing import doubts_of
-from identify.estimators.thrust_delay import likeliest_delay
+from identify.estimators.missing_forces.drag_and_timing import doubts_of
+from identify.estimators.timing.thrust_delay import likeliest_delay
 from identify.forces import wrench
 from identify.ingest.commands import commands_of_unknown_loop, holding_variance_s2, sampled_slowly
 from identify.statistics import Z95, birge_mean

@@ -32,7 +32,7 @@ from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.refusals import refuse_unmoved, refuse_unpushed, solvable
-from identify.estimators.thrust_delay import coarse_delay_of_all_s, coarse_delay_s
+from identify.estimators.timing.thrust_delay import coarse_delay_of_all_s, coarse_delay_s
 from identify.forces import tells_thrusters, wrench
 from identify.identifiability import MOST_ADDED
 from identify.ingest.commands import sampled_seldom

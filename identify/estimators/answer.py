@@ -33,11 +33,17 @@ from identify.checks.fit import (
 )
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, worst
-from identify.estimators.axes import Axes
-from identify.estimators.drag_and_timing import Admitted, Doubts, admitted, by_hidden_steps, timing_of
-from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.axes.axis import Axes
+from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
-from identify.estimators.unmodelled import lacks_of, widened
+from identify.estimators.missing_forces.drag_and_timing import (
+    Admitted,
+    Doubts,
+    admitted,
+    by_hidden_steps,
+    timing_of,
+)
+from identify.estimators.missing_forces.screening import lacks_of, widened
 from identify.identifiability import with_bounds, with_drag_forces, with_identifiability
 from identify.identification import (
     LARGEST_RELATIVE_STD,

@@ -9,9 +9,9 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.dive import Run
 from identify.doubt import Doubt, Outcome
-from identify.estimators.forms import Kind
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.unmodelled import Lack
+from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.missing_forces.forms import Kind
+from identify.estimators.missing_forces.screening import Lack
 from identify.words import axes_named, listed
 
 FEWEST_RUNS, FEWEST_OF_A_KIND = 5, 2

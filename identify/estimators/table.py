@@ -14,7 +14,7 @@ from identify.progress import Progress
 
 Estimator = Callable[[Dive, VehicleFile, str, Progress], Identification]
 
-METHODS = {"likelihood": "identify.estimators.likelihood", "pinn": "identify.estimators.pinn.answer"}
+METHODS = {"likelihood": "identify.estimators.likelihood.answer", "pinn": "identify.estimators.pinn.answer"}
 DEFAULT = "likelihood"
 SIDE_BY_SIDE = (DEFAULT, "pinn")
 """The methods that `identify` runs on every dive if no method is named; the second is compared with the first."""

@@ -32,7 +32,7 @@ from bridge.simulator.truth import DISTURBANCE_N_PER_KG, TYPICAL
 from bridge.vehicle.coefficients import BY_NAME, COEFFICIENTS, DAMPINGS, MASSES, OF_HULL, QUADRATICS
 from bridge.vehicle.config import Configuration, Sensors, VehicleFile
 from bridge.vehicle.parameters import bounds
-from identify.estimators.lateness import LATER_S
+from identify.estimators.timing.lateness import LATER_S
 from identify.identification import Identification
 from identify.nuisance import disturbance, noise, time_constant
 

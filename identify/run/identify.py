@@ -83,7 +83,7 @@ def runs_as_json(dive: Dive) -> dict[str, Any]:
 
 def compiles_first() -> bool:
     """Whether the kernels are yet to be compiled: the first run after installation does, for up to a minute."""
-    from identify.estimators.information import gradient_and_information as kernel
+    from identify.estimators.filter.information import gradient_and_information as kernel
 
     return not any(Path(kernel.stats.cache_path).glob(f"{kernel.py_func.__module__.split('.')[-1]}.*.nbi"))
 

@@ -33,7 +33,7 @@ APART_S: Final = 3.0
 filters of forces and readings."""
 
 TICKS_HZ: Final = 50.0
-"""Runs are moved by whole ticks of the grid of `identify.estimators.axes`, so that their forces do not change."""
+"""Runs are moved by whole ticks of the grid of `identify.estimators.axes.build`, so that their forces do not change."""
 
 LEAST_RUN_S: Final = 3.0
 OVERLAP_S: Final = 1.0

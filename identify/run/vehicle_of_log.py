@@ -15,8 +15,8 @@ from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from identify.checks.actuation.motors import FOLLOWS, Miswired, following, miswired
 from identify.checks.actuation.thrust_response import PUSHED, mirrored, mounting_hints, swapped
 from identify.checks.readings.missing_signals import never_armed
-from identify.estimators.axes import build_axes
-from identify.estimators.innovations import POSITION
+from identify.estimators.axes.build import build_axes
+from identify.estimators.filter.state import POSITION
 from identify.forces import wrench
 from identify.ingest.mavlink.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive

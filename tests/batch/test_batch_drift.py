@@ -13,7 +13,7 @@ from identify.batch.rows import Row, Value, doubts_in
 from identify.batch.trend import common_series, fit_trend, holm, ratio
 from identify.checks.fit import drag_doubts, late_doubts
 from identify.doubt import Culprit, Doubt, Outcome
-from identify.estimators.drag_and_timing import Multiplier
+from identify.estimators.missing_forces.drag_and_timing import Multiplier
 
 DAY_S = 86400.0
 START_S = 1.77e9

@@ -23,7 +23,7 @@ from bench.baselines.regression import AxisTerms, axis_terms
 from bench.bound import cramer_rao, information, kernel
 from bench.missions.mission import draw_one
 from bench.remembered import Remembered
-from identify.estimators.likelihood import estimate
+from identify.estimators.likelihood.answer import estimate
 from identify.statistics import Z95 as IDENTIFICATION_Z95
 
 Z95 = 1.959963984540054

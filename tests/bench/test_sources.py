@@ -63,7 +63,7 @@ def test_the_products_methods_load_nothing_outside_their_sources():
 def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_coverage():
     from bench.accuracy import coverage
 
-    work = "import bench.accuracy.coverage\nimport identify.estimators.likelihood\n"
+    work = "import bench.accuracy.coverage\nimport identify.estimators.likelihood.answer\n"
     work += "from bridge.simulator.truth import load_truth\nfrom bridge.vehicle.config import load_vehicle\n"
     work += "load_truth(load_vehicle('ruvifist:survey'), 'survey')"
     keeping = {

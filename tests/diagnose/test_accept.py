@@ -32,7 +32,7 @@ from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 from identify.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
 from identify.effects.sensors import DVL_MISALIGNMENT, DVL_SCALE
-from identify.estimators.drag_and_timing import Doubts, Multiplier
+from identify.estimators.missing_forces.drag_and_timing import Doubts, Multiplier
 
 
 def finding_of(effect, *values, width=0.01, also=()):

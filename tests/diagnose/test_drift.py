@@ -9,8 +9,9 @@ from bridge.vehicle.dynamics import coriolis
 from identify.diagnose.gap import drift
 from identify.diagnose.gap.drift import drawn, drifts, floors_of, ran_away
 from identify.diagnose.gap.simulation import Simulation, between, off_by, simulation_of
-from identify.estimators.innovations import VELOCITY, transitions
-from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.estimators.filter.state import VELOCITY
+from identify.estimators.filter.transitions import transitions
+from identify.estimators.likelihood.axis import DISTURBANCE, TIME_CONSTANT
 
 STEP_S = 0.04
 

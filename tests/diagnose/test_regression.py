@@ -25,7 +25,7 @@ from identify.effects.actuators import DEAD_ZONE
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.estimators.motion import Motion
+from identify.estimators.axes.motion import Motion
 from identify.ingest.rotation import quaternions_from_euler
 
 

@@ -28,7 +28,7 @@ from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, TETHER, waves
 from identify.effects.sensors import DVL_LEVER_ARM
 from identify.effects.supply import LOAD_SAG
-from identify.estimators.likelihood_axis import TIME_CONSTANT
+from identify.estimators.likelihood.axis import TIME_CONSTANT
 
 
 def left_by(wrench, columns):

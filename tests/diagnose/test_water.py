@@ -14,8 +14,8 @@ from identify.diagnose.gap.simulation import beyond_motion_of, velocity_error_of
 from identify.dive import Signal
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
-from identify.estimators.axes import Axis
-from identify.estimators.innovations import VELOCITY
+from identify.estimators.axes.axis import Axis
+from identify.estimators.filter.state import VELOCITY
 from identify.ingest.rotation import attitude_at, to_body
 
 CURRENT = np.array([0.12, -0.08])

@@ -32,7 +32,7 @@ from identify.diagnose.gap.simulation import EACH, missing_wrench_of, simulation
 from identify.diagnose.recording import unjudged_notes
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.estimators.likelihood_axis import DAMPING, TIME_CONSTANT
+from identify.estimators.likelihood.axis import DAMPING, TIME_CONSTANT
 
 
 def lacking(nominal, cause):

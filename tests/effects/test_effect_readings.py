@@ -14,7 +14,7 @@ from identify.effects import sensors
 from identify.effects.course import Course
 from identify.effects.effect import ARRAYS, Effect
 from identify.effects.sensors import DEPTH_SCALE
-from identify.estimators.innovations import POSITION, VELOCITY
+from identify.estimators.filter.state import POSITION, VELOCITY
 
 Made = Callable[..., Course]
 

@@ -9,10 +9,11 @@ from fakes.planted import quiet
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import Axis, build_axes
+from identify.estimators.axes.axis import Axis
+from identify.estimators.axes.build import build_axes
+from identify.estimators.axes.readings import Channel
 from identify.estimators.pinn.parameters import Noise, of_logarithm
 from identify.estimators.pinn.training import Point, Task, Trainer, task_of
-from identify.estimators.readings import Channel
 
 CPU = torch.device("cpu")
 

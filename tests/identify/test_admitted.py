@@ -13,8 +13,9 @@ from soak import rest_in_soak
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators.axes import build_axes
-from identify.estimators.drag_and_timing import (
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood.fit import fit_axes
+from identify.estimators.missing_forces.drag_and_timing import (
     NOTHING,
     Admitted,
     Doubts,
@@ -24,7 +25,6 @@ from identify.estimators.drag_and_timing import (
     doubts_of,
     timing_of,
 )
-from identify.estimators.likelihood_fit import fit_axes
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 from identify.statistics import Z95

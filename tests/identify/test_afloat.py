@@ -11,9 +11,9 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import Allocator, Pulses, thrust_curve
 from identify.dive import Dive, Signal
-from identify.estimators.afloat import under_water
-from identify.estimators.axes import build_axes
-from identify.estimators.likelihood import estimate
+from identify.estimators.axes.afloat import under_water
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood.answer import estimate
 from identify.forces import wrench
 
 FILE = load_vehicle("bluerov2")

@@ -10,7 +10,7 @@ from bench.field.draw import NONE, draw
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
-from identify.estimators.autopilot_velocity import (
+from identify.estimators.timing.autopilot_velocity import (
     SURGE,
     SWAY,
     _fitted,
@@ -19,7 +19,7 @@ from identify.estimators.autopilot_velocity import (
     dated,
     dated_back,
 )
-from identify.estimators.lateness import FilteredForce, behind_filter, means_behind_filter, timing_of
+from identify.estimators.timing.lateness import FilteredForce, behind_filter, means_behind_filter, timing_of
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body

@@ -27,10 +27,10 @@ from bridge.vehicle.config import (
 from bridge.vehicle.dynamics import coriolis
 from identify.align import aligned, low_pass
 from identify.dive import Dive, Signal
-from identify.estimators import events
-from identify.estimators.axes import build_axes
-from identify.estimators.motion import Motion
-from identify.estimators.readings import PITCH, ROLL, at_origin, averaged, poses_of
+from identify.estimators.axes import events
+from identify.estimators.axes.build import build_axes
+from identify.estimators.axes.motion import Motion
+from identify.estimators.axes.readings import PITCH, ROLL, at_origin, averaged, poses_of
 from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler

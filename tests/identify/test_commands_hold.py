@@ -13,7 +13,7 @@ from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
 from identify.dive import Dive, Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE
-from identify.estimators.lateness import by_lateness
+from identify.estimators.timing.lateness import by_lateness
 from identify.ingest.commands import unknown_between
 
 

@@ -16,9 +16,9 @@ from bridge.vehicle.config import load_vehicle
 from identify.comparison import compare, doubted
 from identify.dive import Dive
 from identify.doubt import Doubt, Outcome
-from identify.estimators import information
-from identify.estimators.axes import build_axes
-from identify.estimators.likelihood_fit import rough_fit
+from identify.estimators.axes.build import build_axes
+from identify.estimators.filter import information
+from identify.estimators.likelihood.fit import rough_fit
 from identify.identification import Partner
 from identify.nuisance import disturbance, noise, time_constant, trim
 from identify.report.identification import comparison_section, further_remarks
@@ -284,7 +284,7 @@ def test_a_dive_that_tells_nothing_gives_an_answer_with_the_reason_once():
 
 
 def test_the_first_run_compiles_and_later_ones_find_what_it_kept(tmp_path, monkeypatch):
-    kernel = SimpleNamespace(__module__="identify.estimators.information")
+    kernel = SimpleNamespace(__module__="identify.estimators.filter.information")
     kept = SimpleNamespace(stats=SimpleNamespace(cache_path=str(tmp_path)), py_func=kernel)
     monkeypatch.setattr(information, "gradient_and_information", kept)
     assert compiles_first()

@@ -14,7 +14,7 @@ from identify.challenge.case import draw_case
 from identify.checks.actuation.controller import fed_velocity, feedback_doubts, stamp_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators.likelihood import estimate
+from identify.estimators.likelihood.answer import estimate
 from identify.estimators.table import judged
 from identify.ingest.open import read_dive
 

@@ -16,8 +16,8 @@ from identify.checks.sensors.descent import descent, descent_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered
-from identify.estimators.axes import build_axes
-from identify.estimators.likelihood_fit import fit_axes
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood.fit import fit_axes
 from identify.estimators.table import estimator
 from identify.identifiability import with_bounds
 

@@ -8,19 +8,14 @@ from fitted import gaussian
 from scipy.linalg import expm
 
 from bench.missions.mission import draw_one
-from identify.estimators.axes import build_axes
-from identify.estimators.information import STEP, gradient_and_information
-from identify.estimators.innovations import (
-    INCREMENT,
-    POSITION,
-    VELOCITY,
-    innovations,
-    smoothed_velocity,
-    transitions,
-)
-from identify.estimators.likelihood_axis import DISTURBANCE, FASTEST_S, MASS, likelihood_of, rigid_mass
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import score, weigh
+from identify.estimators.axes.build import build_axes
+from identify.estimators.filter.information import STEP, gradient_and_information
+from identify.estimators.filter.innovations import innovations, smoothed_velocity
+from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
+from identify.estimators.filter.transitions import transitions
+from identify.estimators.likelihood.axis import DISTURBANCE, FASTEST_S, MASS, likelihood_of, rigid_mass
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.likelihood.scoring import score, weigh
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
 COLOURED = {

@@ -16,10 +16,10 @@ from identify.diagnose.gap.simulation import simulation_of
 from identify.diagnose.recording import fitted_nominal
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
-from identify.estimators.axes import build_axes
-from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood import estimate
-from identify.estimators.start import start_of
+from identify.estimators.axes.build import build_axes
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.answer import estimate
+from identify.estimators.likelihood.start import start_of
 from identify.forces import wrench
 from identify.ingest.commands import (
     logged_at_changes,

@@ -15,12 +15,13 @@ from bridge.vehicle.config import load_vehicle
 from identify.checks.fit import late_doubts, silent_share, unseen_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators import likelihood_fit
-from identify.estimators.axes import Axes, build_axes
-from identify.estimators.drag_and_timing import Multiplier
-from identify.estimators.lateness import by_lateness
-from identify.estimators.likelihood import estimate
+from identify.estimators.axes.axis import Axes
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood import fit as likelihood_fit
+from identify.estimators.likelihood.answer import estimate
+from identify.estimators.missing_forces.drag_and_timing import Multiplier
 from identify.estimators.table import estimator
+from identify.estimators.timing.lateness import by_lateness
 from identify.ingest.open import read_dive
 
 FILE = closed_loop.vehicle_file()

@@ -14,7 +14,7 @@ from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators.scoring import climb, score
+from identify.estimators.likelihood.scoring import climb, score
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 

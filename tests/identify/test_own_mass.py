@@ -10,9 +10,9 @@ from fakes.planted import quiet
 from bench.missions.mission import draw_one
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators.axes import build_axes
-from identify.estimators.likelihood import estimate
-from identify.estimators.likelihood_fit import fit_axes
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood.answer import estimate
+from identify.estimators.likelihood.fit import fit_axes
 from identify.estimators.table import estimator
 
 HEAVE = 2

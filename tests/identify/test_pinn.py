@@ -12,8 +12,8 @@ from soak import rest_in_soak
 from bench.missions.mission import draw_one
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators import likelihood_axis
-from identify.estimators.axes import build_axes
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood import axis as likelihood_axis
 from identify.estimators.pinn import training as pinn_fit
 from identify.estimators.table import estimator
 from identify.nuisance import disturbance, noise, time_constant

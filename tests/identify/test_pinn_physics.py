@@ -8,7 +8,7 @@ from network_tasks import read_by
 from soak import rows_rest_in_soak
 
 from bridge.vehicle.dynamics import coriolis
-from identify.estimators.innovations import INCREMENT, VELOCITY
+from identify.estimators.filter.state import INCREMENT, VELOCITY
 from identify.estimators.pinn.equations import by_raw
 from identify.estimators.pinn.layout import coriolis_forms, instants, readings_in
 from identify.estimators.pinn.network import between, pull

@@ -15,9 +15,9 @@ from gcs_plugin.params.identified import parameters_from_identification
 from identify.checks.actuation.controller import steered_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators import intervals
-from identify.estimators.axes import build_axes
-from identify.estimators.likelihood_axis import DAMPING, likelihood_of
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood import intervals
+from identify.estimators.likelihood.axis import DAMPING, likelihood_of
 from identify.estimators.table import estimator
 from identify.identifiability import with_drag_forces
 

@@ -12,13 +12,15 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Water
 from identify.dive import Signal
-from identify.estimators.axes import build_axes
-from identify.estimators.forms import Kind
-from identify.estimators.innovations import VELOCITY, innovations, smoothed_velocity, transitions
-from identify.estimators.likelihood import estimate
-from identify.estimators.likelihood_axis import FORCES, likelihood_of, rigid_mass
+from identify.estimators.axes.build import build_axes
+from identify.estimators.filter.innovations import innovations, smoothed_velocity
+from identify.estimators.filter.state import VELOCITY
+from identify.estimators.filter.transitions import transitions
+from identify.estimators.likelihood.answer import estimate
+from identify.estimators.likelihood.axis import FORCES, likelihood_of, rigid_mass
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
-from identify.estimators.unmodelled import Lack
+from identify.estimators.missing_forces.forms import Kind
+from identify.estimators.missing_forces.screening import Lack
 from identify.forces import wrench
 from identify.run.joined_runs import joined, together
 from identify.run.recordings import Reading

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 from fitted import gaussian
 
-from identify.estimators import likelihood_fit as starts
-from identify.estimators.axes import build_axes
-from identify.estimators.intervals import integrated, stretches
-from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, MASS, TIME_CONSTANT, likelihood_of
-from identify.estimators.likelihood_fit import regressed, rough_maximum
-from identify.estimators.likelihood_joint import alone
-from identify.estimators.scoring import Maximum, climb, log_posterior, weigh
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood import fit as starts
+from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, MASS, TIME_CONSTANT, likelihood_of
+from identify.estimators.likelihood.fit import regressed, rough_maximum
+from identify.estimators.likelihood.intervals import integrated, stretches
+from identify.estimators.likelihood.joint import alone
+from identify.estimators.likelihood.scoring import Maximum, climb, log_posterior, weigh
 from identify.statistics import Z95
 
 SHAPE = closed_loop.vehicle_file().vehicle.configurations["only"]

@@ -10,9 +10,10 @@ import pytest
 
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators import thrust_delay as delay
-from identify.estimators.axes import axes_with_delay, axis_with_delay, build_axes
-from identify.estimators.likelihood import estimate
+from identify.estimators.axes.build import build_axes
+from identify.estimators.axes.forces import axes_with_delay, axis_with_delay
+from identify.estimators.likelihood.answer import estimate
+from identify.estimators.timing import thrust_delay as delay
 from identify.forces import wrench
 
 FILE = closed_loop.vehicle_file()

@@ -14,9 +14,9 @@ from identify.diagnose.diagnose import diagnose
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered
-from identify.estimators.axes import build_axes
-from identify.estimators.likelihood import estimate
-from identify.estimators.readings import tumbles, turned_by
+from identify.estimators.axes.build import build_axes
+from identify.estimators.axes.readings import tumbles, turned_by
+from identify.estimators.likelihood.answer import estimate
 from identify.ingest.rotation import quaternions_from_euler
 from identify.nuisance import noise
 

@@ -13,17 +13,17 @@ from identify.challenge.case import dive_of, draw_case
 from identify.checks.fit import lacking_doubts
 from identify.dive import Signal
 from identify.doubt import Culprit, Outcome
-from identify.estimators.axes import build_axes
-from identify.estimators.drag_and_timing import Force, doubts_of, with_forces
-from identify.estimators.forms import Forms, Kind
-from identify.estimators.likelihood import estimate
-from identify.estimators.likelihood_axis import DAMPING
-from identify.estimators.likelihood_fit import fit_axes
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.motion import Motion
-from identify.estimators.scoring import climb
-from identify.estimators.spectral_peak import peak_of
-from identify.estimators.unmodelled import Lack, in_standard_errors, lacks_of, screen_of
+from identify.estimators.axes.build import build_axes
+from identify.estimators.axes.motion import Motion
+from identify.estimators.likelihood.answer import estimate
+from identify.estimators.likelihood.axis import DAMPING
+from identify.estimators.likelihood.fit import fit_axes
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.likelihood.scoring import climb
+from identify.estimators.missing_forces.drag_and_timing import Force, doubts_of, with_forces
+from identify.estimators.missing_forces.forms import Forms, Kind
+from identify.estimators.missing_forces.screening import Lack, in_standard_errors, lacks_of, screen_of
+from identify.estimators.missing_forces.spectral_peak import peak_of
 
 FILE = closed_loop.vehicle_file()
 SURGE, SWAY, YAW = 0, 1, 5
@@ -119,7 +119,7 @@ def test_thrust_that_differs_by_less_than_a_curve_is_known_to_is_not_doubted(mon
         heading=heading,
     )
     assert lacks(quiet) == ()
-    monkeypatch.setattr("identify.estimators.unmodelled.LEAST_FORCE", 0.0)
+    monkeypatch.setattr("identify.estimators.missing_forces.screening.LEAST_FORCE", 0.0)
     assert [lack.kind for lack in lacks(quiet)] == [Kind.THRUST]
 
 

@@ -22,9 +22,9 @@ from identify.checks.readings.impossible import without_impossible, without_repe
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered
-from identify.estimators.axes import build_axes
-from identify.estimators.likelihood import estimate
-from identify.estimators.likelihood_fit import fit_axes
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood.answer import estimate
+from identify.estimators.likelihood.fit import fit_axes
 from identify.forces import wrench
 from identify.ingest.commands import held_commands, with_known_commands
 from identify.ingest.open import read_dive

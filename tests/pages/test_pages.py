@@ -23,7 +23,8 @@ from identify.diagnose.filters import regression
 from identify.diagnose.gap import drift
 from identify.diagnose.remainder import unexplained
 from identify.diagnose.shrink import held_out, shrink, shrunk
-from identify.estimators import drag_and_timing, unmodelled
+from identify.estimators.missing_forces import drag_and_timing
+from identify.estimators.missing_forces import screening as unmodelled
 from identify.estimators.pinn import network, training
 from identify.identification import LARGEST_RELATIVE_STD
 from identify.priors import CONFLICT_SIGMA

@@ -12,7 +12,7 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.simulated import record_dive
 from identify.doubt import Outcome
-from identify.estimators.likelihood import estimate
+from identify.estimators.likelihood.answer import estimate
 from identify.ingest.open import read_dive
 from identify.planning.knowledge import NAMES, before_any_dive
 from identify.planning.limits import Limits, Tank

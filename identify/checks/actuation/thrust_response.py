@@ -10,8 +10,8 @@ from numba import njit
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
-from identify.estimators.axes import Axis
-from identify.estimators.innovations import POSITION
+from identify.estimators.axes.axis import Axis
+from identify.estimators.filter.state import POSITION
 
 AGAINST = -0.5
 """Correlation of a speed with its own lagged thrust: near 1 with thruster signs as in the file."""

@@ -28,7 +28,7 @@ from identify.diagnose.filters.regression import mean_indices
 from identify.diagnose.gap.missing import disturbance_of, drowned
 from identify.effects.course import Course
 from identify.effects.effect import ALONG, Act, Effect
-from identify.estimators.likelihood_axis import DAMPING
+from identify.estimators.likelihood.axis import DAMPING
 from identify.statistics import Z95
 from identify.threads import both
 

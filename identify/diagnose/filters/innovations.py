@@ -18,10 +18,11 @@ from bridge.vehicle.coefficients import HEAVE, PITCH, ROLL
 from identify.diagnose.causes.evidence import Block
 from identify.effects.course import Course
 from identify.effects.effect import Act
-from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY, responses
-from identify.estimators.lateness import behind_filter
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.scoring import slopes
+from identify.estimators.filter.innovations import responses
+from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
+from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood.scoring import slopes
+from identify.estimators.timing.lateness import behind_filter
 
 ORDER = 10
 LEAST_ROWS = 20 * ORDER

@@ -13,9 +13,10 @@ from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.diagnose.filters.regression import LEVELLED
 from identify.dive import Dive, Signal
-from identify.estimators.axes import Axes, build_axes
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.start import StartFit
+from identify.estimators.axes.axis import Axes
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood.start import StartFit
 from identify.ingest.rotation import euler_angles
 
 USUAL_HZ = 25.0

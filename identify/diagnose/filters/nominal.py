@@ -35,15 +35,15 @@ from identify.diagnose.filters.witnesses import Witness, witnesses
 from identify.dive import STAMPED_S, Dive
 from identify.effects.course import Course
 from identify.effects.effect import Act
-from identify.estimators.autopilot_velocity import dated, dated_back
-from identify.estimators.axes import Axes, Axis
-from identify.estimators.innovations import POSITION
-from identify.estimators.lateness import behind_filter
-from identify.estimators.likelihood_axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
-from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood
-from identify.estimators.motion import Motion
-from identify.estimators.scoring import climb
-from identify.estimators.start import start_of
+from identify.estimators.axes.axis import Axes, Axis
+from identify.estimators.axes.motion import Motion
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
+from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood
+from identify.estimators.likelihood.scoring import climb
+from identify.estimators.likelihood.start import start_of
+from identify.estimators.timing.autopilot_velocity import dated, dated_back
+from identify.estimators.timing.lateness import behind_filter
 from identify.threads import both, side_by_side
 
 NEARLY = 0.05

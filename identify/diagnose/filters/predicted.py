@@ -14,11 +14,11 @@ from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.effects.course import Course, lagged, world_axes
-from identify.estimators.axes import Axis
-from identify.estimators.lateness import FilteredForce
-from identify.estimators.likelihood_axis import DAMPING, MASS
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.motion import Motion
+from identify.estimators.axes.axis import Axis
+from identify.estimators.axes.motion import Motion
+from identify.estimators.likelihood.axis import DAMPING, MASS
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.timing.lateness import FilteredForce
 from identify.forces import asked_thrusts, tells_thrusters, thrusts_between
 from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on

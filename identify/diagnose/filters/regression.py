@@ -19,8 +19,8 @@ from identify.diagnose.filters.innovations import AxisInnovations, autoregressio
 from identify.diagnose.filters.witnesses import WeighedWitness, Witness, weighed_witness
 from identify.effects.course import Course
 from identify.effects.effect import Act
-from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS, AxisLikelihood
-from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.likelihood.axis import DAMPING, FORCES, MASS, AxisLikelihood
+from identify.estimators.likelihood.joint import JointLikelihood
 from identify.threads import side_by_side
 
 PIECE_S, LEAST_PIECE_S = 20.0, 6.0

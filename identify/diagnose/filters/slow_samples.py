@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from identify.dive import Dive, Signal
-from identify.estimators.start import StartFit
+from identify.estimators.likelihood.start import StartFit
 from identify.ingest.commands import SELDOM_HZ
 
 MOST_LATE = 0.75

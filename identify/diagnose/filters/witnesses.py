@@ -19,7 +19,7 @@ from bridge.vehicle.thrusters import thrust_by_shaft, thrust_curve
 from identify.dive import Dive, Signal
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act
-from identify.estimators.readings import steers_unheard, tumbles
+from identify.estimators.axes.readings import steers_unheard, tumbles
 from identify.ingest.rotation import euler_angles
 from identify.statistics import bulk_std
 

@@ -20,15 +20,8 @@ from bridge.arrays import Array
 from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.gap.simulation import EACH, RUN_AWAY, Simulation, smoothed_angle
 from identify.effects.course import Course, delayed
-from identify.estimators.innovations import (
-    INCREMENT,
-    NO_STEP,
-    POSITION,
-    VELOCITY,
-    moved_mean,
-    read_of,
-    smoothed_velocity,
-)
+from identify.estimators.filter.innovations import smoothed_velocity
+from identify.estimators.filter.state import INCREMENT, NO_STEP, POSITION, VELOCITY, moved_mean, read_of
 
 HORIZONS_S = (1.0, 5.0, 20.0)
 EVERY_S = 1.0

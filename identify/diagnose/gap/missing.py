@@ -19,7 +19,7 @@ from identify.diagnose.remainder.generic_forces import Parity, Variable, of_othe
 from identify.diagnose.remainder.unexplained import Timing, Unexplained
 from identify.diagnose.result import Character, Dependence, Disturbance, Fixed, Hull, Phase, Share, Slice
 from identify.effects.course import Course, in_a_run
-from identify.estimators.likelihood_axis import DISTURBANCE, TIME_CONSTANT
+from identify.estimators.likelihood.axis import DISTURBANCE, TIME_CONSTANT
 from identify.statistics import left_of
 from identify.threads import side_by_side
 

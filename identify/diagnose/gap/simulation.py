@@ -18,9 +18,9 @@ from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.nominal import Nominal, coefficients, quadratic_of
 from identify.effects.course import Course, runs_at
 from identify.effects.effect import Act
-from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import DAMPING, FORCES, MASS
-from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.axis import DAMPING, FORCES, MASS
+from identify.estimators.likelihood.joint import JointLikelihood
 
 RUN_AWAY = np.array([10.0, 10.0, 10.0, 20.0, 20.0, 20.0])
 """Difference, m/s and rad/s, that ends a simulation: no thruster-driven vehicle moves so fast under water, and

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from identify.diagnose.filters.innovations import AxisInnovations
 from identify.effects.course import Course
-from identify.estimators.innovations import INCREMENT, NO_STEP, VELOCITY
+from identify.estimators.filter.state import INCREMENT, NO_STEP, VELOCITY
 
 PERIODS_S, WAVES_M = (0.6, 60.0), (0.3, 8.0)
 """Bands of wavelengths, in seconds or metres: velocity readings do not resolve shorter ones, and a disturbance mimics
@@ -174,7 +174,7 @@ def _backwards(
     gain: Array,
     coloured: bool,
 ) -> Array:
-    """The transpose of `estimators.innovations.responses`, for one column of rows."""
+    """The transpose of `estimators.filter.innovations.responses`, for one column of rows."""
     out = np.zeros(step.shape[0])
     y0, y1, y2, y3 = 0.0, 0.0, 0.0, 0.0
     row = left.shape[0] - 1

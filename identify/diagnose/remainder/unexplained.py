@@ -32,7 +32,7 @@ from identify.diagnose.remainder.lines import clusters
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
 from identify.effects.course import Course
 from identify.effects.effect import Act
-from identify.estimators.unmodelled import LEAST_FORCE
+from identify.estimators.missing_forces.screening import LEAST_FORCE
 from identify.threads import side_by_side
 
 Timing = Literal["steady", "transient", "intermittent", "drifting", "periodic"]

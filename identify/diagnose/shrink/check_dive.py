@@ -24,7 +24,7 @@ from identify.diagnose.shrink.held_out import differences, prediction_of, withou
 from identify.diagnose.shrink.shrink import HORIZON_S, Windows, by_axis
 from identify.diagnose.shrink.shrunk import Shrink
 from identify.effects.course import Course
-from identify.estimators.likelihood_axis import DAMPING, MASS
+from identify.estimators.likelihood.axis import DAMPING, MASS
 
 PASSES = 3
 """Fits of a further dive less the causes: each goes by the speeds of the one before."""

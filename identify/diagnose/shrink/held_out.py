@@ -28,7 +28,7 @@ from identify.diagnose.result import Prediction
 from identify.diagnose.shrink.shrink import HORIZON_S, Windows, by_axis
 from identify.diagnose.shrink.shrunk import Shrink
 from identify.effects.course import Course
-from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.likelihood.joint import JointLikelihood
 from identify.threads import side_by_side
 
 FOLDS = 12

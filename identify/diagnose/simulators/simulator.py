@@ -11,7 +11,7 @@ from bridge.vehicle.config import Prior
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.nominal import Nominal, hull_indices, refitted
 from identify.diagnose.result import Diagnosis, Value
-from identify.estimators.likelihood_axis import AxisLikelihood
+from identify.estimators.likelihood.axis import AxisLikelihood
 from identify.statistics import Z95
 
 LEAST = 1e-9

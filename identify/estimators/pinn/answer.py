@@ -13,12 +13,12 @@ from identify.checks.fit import unsettled_doubt
 from identify.dive import Dive
 from identify.doubt import Doubt
 from identify.estimators.answer import Fitted, answer_of
-from identify.estimators.autopilot_velocity import shared_axes
-from identify.estimators.drag_and_timing import doubts_of
-from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_joint import JointLikelihood
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.missing_forces.drag_and_timing import doubts_of
 from identify.estimators.pinn.training import MOST_PASSES, Fit, fit_network
 from identify.estimators.refusals import long_enough
+from identify.estimators.timing.autopilot_velocity import shared_axes
 from identify.identification import Identification, Information
 from identify.nuisance import Nuisance
 from identify.progress import Progress

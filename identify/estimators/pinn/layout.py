@@ -24,8 +24,8 @@ from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import coriolis
 from identify.dive import Dive
-from identify.estimators.axes import Axes, Axis
-from identify.estimators.innovations import INCREMENT, POSITION
+from identify.estimators.axes.axis import Axes, Axis
+from identify.estimators.filter.state import INCREMENT, POSITION
 from identify.forces import wrench
 
 MANY = 3

@@ -19,14 +19,14 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
-from identify.estimators.axes import Axes
-from identify.estimators.likelihood_axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
+from identify.estimators.axes.axis import Axes
+from identify.estimators.likelihood.axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
+from identify.estimators.likelihood.start import StartFit, StartValues, start_of
 from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.layout import Layout, lay_out
 from identify.estimators.pinn.network import Data, data_of, wild, without
 from identify.estimators.pinn.parameters import Noise, Prior, Raw, of_logarithm, raw_of, slope
 from identify.estimators.refusals import no_solution
-from identify.estimators.start import StartFit, StartValues, start_of
 from identify.progress import Progress
 from identify.statistics import Z95
 

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from identify.estimators.innovations import INCREMENT, NO_STEP, POSITION, VELOCITY
-from identify.estimators.readings import FEWEST, Channel
+from identify.estimators.axes.readings import FEWEST, Channel
+from identify.estimators.filter.state import INCREMENT, NO_STEP, POSITION, VELOCITY
 from identify.wrench_history import WrenchHistory
 
 LONGEST_STEP_S = 0.05

@@ -13,8 +13,8 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import ROLL, SURGE, SWAY, YAW
 from identify.dive import Dive
-from identify.estimators.axes import Axes, Axis
-from identify.estimators.likelihood_axis import AxisLikelihood
+from identify.estimators.axes.axis import Axes, Axis
+from identify.estimators.likelihood.axis import AxisLikelihood
 from identify.ingest.rotation import attitude_at, euler_angles, to_body
 
 SMALL_THRUST = 0.2

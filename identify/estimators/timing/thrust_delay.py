@@ -11,11 +11,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from bridge.arrays import Array
-from identify.estimators.axes import Axes, axes_with_delay, axis_with_delay
-from identify.estimators.drag_and_timing import DOUBTFUL_SCORE
-from identify.estimators.likelihood_fit import JointFit
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import climb, log_posterior
+from identify.estimators.axes.axis import Axes
+from identify.estimators.axes.forces import axes_with_delay, axis_with_delay
+from identify.estimators.likelihood.fit import JointFit
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.likelihood.scoring import climb, log_posterior
+from identify.estimators.missing_forces.drag_and_timing import DOUBTFUL_SCORE
 from identify.identification import ThrustDelay
 from identify.statistics import Z95
 from identify.wrench_history import WrenchHistory

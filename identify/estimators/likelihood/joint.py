@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import PITCH, ROLL
-from identify.estimators.likelihood_axis import MASS, AxisLikelihood
-from identify.estimators.motion import Motion
+from identify.estimators.axes.motion import Motion
+from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
 from identify.threads import side_by_side
 
 ROUGHLY = 0.5
@@ -191,3 +191,21 @@ class JointLikelihood:
 def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:
     """The score of one axis."""
     return problem.score(theta)
+
+
+def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
+    """The fitted coefficients, as rows of `OF_HULL`, and their indices in theta."""
+    axes = list(zip(joint.problems, joint.slices, strict=True))
+    linear = [
+        (6 + problem.axis.dof, of_axis.start + DAMPING)
+        for problem, of_axis in axes
+        if problem.damped != "quadratic"
+    ]
+    squared = [
+        (12 + problem.axis.dof, of_axis.start + problem.quadratic_index)
+        for problem, of_axis in axes
+        if problem.damped != "linear"
+    ]
+    masses = zip([problem.axis.dof for problem in joint.problems], joint.mass_indices, strict=True)
+    rows, indices = zip(*masses, *linear, *squared, strict=True)
+    return list(rows), list(indices)

@@ -1,4 +1,4 @@
-"""Likelihood of one axis; `likelihood_joint` fits all axes of a vehicle together."""
+"""Likelihood of one axis; `joint` has that of all axes of a vehicle together."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
@@ -9,18 +9,19 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.config import Configuration, Damping
-from identify.estimators.axes import Axis, Brackets, coupled
-from identify.estimators.information import STEP, gradient_and_information
-from identify.estimators.innovations import (
-    NO_STEP,
+from identify.estimators.axes.axis import Axis, Brackets
+from identify.estimators.axes.forces import coupled
+from identify.estimators.axes.motion import Motion
+from identify.estimators.filter.information import STEP, gradient_and_information
+from identify.estimators.filter.innovations import (
     filtered_means,
     innovations,
     log_likelihood,
     smoothed_velocity,
-    transitions,
 )
-from identify.estimators.motion import Motion
-from identify.estimators.scoring import Maximum
+from identify.estimators.filter.state import NO_STEP
+from identify.estimators.filter.transitions import transitions
+from identify.estimators.likelihood.scoring import Maximum
 
 MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
 PRIOR_STD = (1.5, 2.5, 3.0, 1.0)
@@ -371,7 +372,7 @@ class AxisLikelihood:
         return std, time_s
 
     def rise_s(self, theta: Array) -> float:
-        """r of a disturbance of second order, s (`innovations`); 0 for one of first order."""
+        """r of a disturbance of second order, s (`filter.state`); 0 for one of first order."""
         if self.axis.is_coloured:
             return 0.0
         evenness = 1.0 / (1.0 + np.exp(-theta[-1]))

@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axes
-from identify.estimators.intervals import HOPELESS, LOOSE, stretches
-from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, FORCES, MASS, TIME_CONSTANT
-from identify.estimators.likelihood_fit import axis_fits, rough_fit
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import climb
+from identify.estimators.axes.axis import Axes
+from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, FORCES, MASS, TIME_CONSTANT
+from identify.estimators.likelihood.fit import axis_fits, rough_fit
+from identify.estimators.likelihood.intervals import HOPELESS, LOOSE, stretches
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.likelihood.scoring import climb
 
 NEAR = 1.0
 """Convergence limit of the joint climb of all axes, in nats."""

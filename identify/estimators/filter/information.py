@@ -12,8 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from identify.estimators.innovations import (
-    COLUMNS,
+from identify.estimators.filter.state import (
     INCREMENT,
     VELOCITY,
     Covariance,
@@ -24,6 +23,7 @@ from identify.estimators.innovations import (
     read_of,
     updated_covariance,
 )
+from identify.estimators.filter.transitions import COLUMNS
 
 Indices = NDArray[np.int64]
 

@@ -14,14 +14,16 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import SURGE, SWAY, YAW
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
-from identify.estimators.axes import LAGS_FORGOTTEN, Axes, Axis, axes_with_delay, build_axes
-from identify.estimators.lateness import Timing
-from identify.estimators.likelihood_axis import MASS, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
-from identify.estimators.likelihood_fit import rough_maximum
-from identify.estimators.likelihood_joint import alone
+from identify.estimators.axes.axis import Axes, Axis
+from identify.estimators.axes.build import LAGS_FORGOTTEN, build_axes
+from identify.estimators.axes.forces import axes_with_delay
+from identify.estimators.likelihood.axis import MASS, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
+from identify.estimators.likelihood.fit import rough_maximum
+from identify.estimators.likelihood.joint import alone
+from identify.estimators.likelihood.scoring import climb
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
-from identify.estimators.scoring import climb
-from identify.estimators.thrust_delay import DELAYS_S
+from identify.estimators.timing.lateness import Timing
+from identify.estimators.timing.thrust_delay import DELAYS_S
 from identify.forces import wrench
 from identify.ingest.rotation import attitude_at, to_body
 from identify.threads import shared, side_by_side

@@ -9,8 +9,8 @@ from bridge.vehicle.coefficients import HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
 from identify.dive import Dive, Signal
-from identify.estimators.innovations import INCREMENT, POSITION, VELOCITY
-from identify.estimators.motion import Motion, smoothed, smoothed_velocity
+from identify.estimators.axes.motion import Motion, smoothed, smoothed_velocity
+from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
 from identify.ingest.rotation import euler_angles, to_body_turn
 
 FEWEST, FEWEST_POSES = 5, 8

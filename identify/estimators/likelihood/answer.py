@@ -21,15 +21,15 @@ from identify.checks.fit import lateness_note, unsettled_doubt
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt
 from identify.estimators.answer import Fitted, answer_of
-from identify.estimators.autopilot_velocity import shared_axes
-from identify.estimators.axes import Axes
-from identify.estimators.drag_and_timing import Doubts, doubts_of
-from identify.estimators.innovations import POSITION
-from identify.estimators.likelihood_axis import DISTURBANCE, FORCES, TIME_CONSTANT, AxisFit
-from identify.estimators.likelihood_fit import JointFit, fit_axes
+from identify.estimators.axes.axis import Axes
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.axis import DISTURBANCE, FORCES, TIME_CONSTANT, AxisFit
+from identify.estimators.likelihood.fit import JointFit, fit_axes
 from identify.estimators.mass_by_run import kinds_of_runs
+from identify.estimators.missing_forces.drag_and_timing import Doubts, doubts_of
 from identify.estimators.refusals import long_enough
-from identify.estimators.thrust_delay import with_delay
+from identify.estimators.timing.autopilot_velocity import shared_axes
+from identify.estimators.timing.thrust_delay import with_delay
 from identify.forces import wrench
 from identify.identification import Estimate, Identification, Information
 from identify.ingest.commands import holding_variance_s2

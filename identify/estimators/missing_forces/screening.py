@@ -18,21 +18,20 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import PITCH, ROLL
 from identify.dive import Dive
-from identify.estimators.axes import Axes
-from identify.estimators.drag_and_timing import (
+from identify.estimators.axes.axis import Axes
+from identify.estimators.filter.innovations import responses
+from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
+from identify.estimators.likelihood.joint import JointLikelihood, coefficients
+from identify.estimators.missing_forces.drag_and_timing import (
     DOUBTFUL_SCORE,
     Admitted,
     Doubts,
     Force,
-    coefficients,
     lacking_drag,
     with_forces,
 )
-from identify.estimators.forms import Forms, Kind
-from identify.estimators.innovations import responses
-from identify.estimators.likelihood_axis import DAMPING, MASS, AxisLikelihood
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.spectral_peak import Peak, peak_of
+from identify.estimators.missing_forces.forms import Forms, Kind
+from identify.estimators.missing_forces.spectral_peak import Peak, peak_of
 from identify.threads import side_by_side
 
 STEP = 1e-4

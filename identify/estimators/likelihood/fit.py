@@ -12,11 +12,9 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
-from identify.estimators.axes import Axes, Axis
-from identify.estimators.drag_and_timing import coefficients
-from identify.estimators.innovations import POSITION
-from identify.estimators.intervals import integrated, knowledge_of, stretches
-from identify.estimators.likelihood_axis import (
+from identify.estimators.axes.axis import Axes, Axis
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.axis import (
     DAMPING,
     DISTURBANCE,
     FORCES,
@@ -27,8 +25,9 @@ from identify.estimators.likelihood_axis import (
     likelihood_of,
     rigid_mass,
 )
-from identify.estimators.likelihood_joint import ROUGHLY, JointLikelihood, alone
-from identify.estimators.scoring import MOST_STEPS, Maximum, climb, log_posterior
+from identify.estimators.likelihood.intervals import integrated, knowledge_of, stretches
+from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, alone, coefficients
+from identify.estimators.likelihood.scoring import MOST_STEPS, Maximum, climb, log_posterior
 from identify.threads import shared, side_by_side
 
 ROWS = len(OF_HULL)

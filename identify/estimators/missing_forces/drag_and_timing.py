@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import OF_HULL
 from identify.dive import STAMPED_S
-from identify.estimators.innovations import POSITION
-from identify.estimators.lateness import LATER_S
-from identify.estimators.likelihood_axis import DAMPING, AxisLikelihood
-from identify.estimators.likelihood_joint import JointLikelihood
-from identify.estimators.scoring import climb
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.axis import AxisLikelihood
+from identify.estimators.likelihood.joint import JointLikelihood, coefficients
+from identify.estimators.likelihood.scoring import climb
+from identify.estimators.timing.lateness import LATER_S
 from identify.statistics import Z95
 
 DOUBTFUL_SCORE = 5.0
@@ -205,24 +205,6 @@ def by_hidden_steps(joint: JointLikelihood, theta: Array) -> Array:
     rows, indices = coefficients(joint)
     tested = with_forces(joint, theta, forces).tested()
     return np.array([_of_all(test, rows, indices).leaning for test in tested])
-
-
-def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:
-    """The fitted coefficients, as rows of `OF_HULL`, and their indices in theta."""
-    axes = list(zip(joint.problems, joint.slices, strict=True))
-    linear = [
-        (6 + problem.axis.dof, of_axis.start + DAMPING)
-        for problem, of_axis in axes
-        if problem.damped != "quadratic"
-    ]
-    squared = [
-        (12 + problem.axis.dof, of_axis.start + problem.quadratic_index)
-        for problem, of_axis in axes
-        if problem.damped != "linear"
-    ]
-    masses = zip([problem.axis.dof for problem in joint.problems], joint.mass_indices, strict=True)
-    rows, indices = zip(*masses, *linear, *squared, strict=True)
-    return list(rows), list(indices)
 
 
 def _of_all(test: Multiplier, rows: Sequence[int], where: Sequence[int]) -> Multiplier:

@@ -21,9 +21,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from identify.estimators.likelihood_axis import DAMPING, DISTURBANCE, TIME_CONSTANT
-from identify.estimators.likelihood_joint import JointLikelihood, alone
-from identify.estimators.scoring import Maximum, Problem, Score, climb, log_posterior
+from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, TIME_CONSTANT
+from identify.estimators.likelihood.joint import JointLikelihood, alone
+from identify.estimators.likelihood.scoring import Maximum, Problem, Score, climb, log_posterior
 from identify.statistics import Z95
 
 LARGEST_SHIFT = 1.0
