@@ -68,7 +68,7 @@ def allocated_gains(dive: Dive, file: VehicleFile, configuration: str) -> Array 
     if np.sqrt(np.mean(left**2)) > MOST_LEFT * np.sqrt(np.mean(wrench**2)):
         return None
     size = np.sqrt(np.diag(square))
-    told_by, directions = np.linalg.eigh(square / np.outer(size, size))
-    untold = np.sum(directions[:, told_by < ALIKE] ** 2, axis=1)
-    gains[used] = np.where(untold <= MOST_ALIKE, fitted, np.nan)
+    eigenvalues, directions = np.linalg.eigh(square / np.outer(size, size))
+    undetermined = np.sum(directions[:, eigenvalues < ALIKE] ** 2, axis=1)
+    gains[used] = np.where(undetermined <= MOST_ALIKE, fitted, np.nan)
     return gains

@@ -6,7 +6,7 @@ All seeds are of a range that nothing is tuned on; development has seeds of its 
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from identify.challenge.case import UNSEEN_IN_PAIRS, Case, Kind, draw_case, left_out
+from identify.challenge.case import UNDETECTABLE, Case, Kind, draw_case, left_out
 from identify.challenge.novel_effects import NOVEL
 from identify.challenge.planted_effects import ABSORBED, PLANTS
 
@@ -19,7 +19,7 @@ Seeds from 500000, 700000, 900000 and 1100000 on have been looked at: the sectio
 NONE, ONE, TWO, NOVEL_KINDS, LACKING, SPEED, POWER = (1000 * k for k in range(7))
 """Offset of each group's seeds from the first; power comes last, because it has the most."""
 
-UNKNOWABLE = tuple(name for name in PLANTS if name not in UNSEEN_IN_PAIRS)
+LACKED = tuple(name for name in PLANTS if name not in UNDETECTABLE)
 """Effects that are planted once more while the library lacks them and their true class."""
 
 
@@ -60,7 +60,7 @@ class Counts:
     power: int
 
 
-FULL = Counts(BENCH, 300, 4, 100, 6, len(UNKNOWABLE), 90)
+FULL = Counts(BENCH, 300, 4, 100, 6, len(LACKED), 90)
 SHORT = Counts(DEVELOPMENT, 8, 1, 8, 1, 4, 2)
 
 
@@ -69,7 +69,7 @@ def planned(counts: Counts) -> list[Planned]:
     first = counts.first
     alone = [name for name in PLANTS for _ in range(counts.each)]
     novel = [name for name in NOVEL for _ in range(counts.novel)]
-    lacking = UNKNOWABLE[: counts.lacking]
+    lacking = LACKED[: counts.lacking]
     return [
         *(Planned("none", first + NONE + i, "none") for i in range(counts.none)),
         *_of_names("one", first + ONE, "one", alone),

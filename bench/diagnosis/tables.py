@@ -28,13 +28,13 @@ def judged(trial: Trial) -> Judged:
     return Judged(trial.truth, trial.answer)
 
 
-def by_size(told_of: Sequence[tuple[float, bool]], points: int) -> list[tuple[float, float, Rate]]:
+def by_size(hits: Sequence[tuple[float, bool]], points: int) -> list[tuple[float, float, Rate]]:
     """Power by size: smallest and largest size of each point, and the rate of hits.
 
-    `told_of`: size over the floor, and whether the cause was named first. Points hold equally many dives, at least
+    `hits`: size over the floor, and whether the cause was named first. Points hold equally many dives, at least
     EACH_POINT unless there are fewer in all.
     """
-    ordered = sorted(told_of)
+    ordered = sorted(hits)
     points = max(min(points, len(ordered) // EACH_POINT), 1)
     parts = [[ordered[i] for i in part] for part in np.array_split(np.arange(len(ordered)), points)]
     return [
@@ -126,8 +126,8 @@ def _least(trials: Sequence[Trial], units: Mapping[tuple[str, str], str]) -> tup
     """The smallest size over the floor, and the planted parameter there."""
     if not trials:
         return "-", "-"
-    one = min(trials, key=lambda one: float(one.truth["size"]))
-    return f"{one.truth['size']:.2f}", magnitude(one.truth["effects"][0], units)
+    least = min(trials, key=lambda trial: float(trial.truth["size"]))
+    return f"{least.truth['size']:.2f}", magnitude(least.truth["effects"][0], units)
 
 
 def magnitude(effect: Mapping[str, Any], units: Mapping[tuple[str, str], str]) -> str:
@@ -159,8 +159,8 @@ def _most(trials: Sequence[Trial]) -> str:
 
 def _magnitude(trials: Sequence[Trial]) -> str:
     off: list[float] = []
-    for one in trials:
-        effect, case = one.truth["effects"][0], judged(one)
+    for trial in trials:
+        effect, case = trial.truth["effects"][0], judged(trial)
         if case.named[0].name == effect["name"]:
             off += errors(effect["parameters"], case.named[0]).values()
     return f"{100 * statistics.median(off):.0f} %" if off else "-"

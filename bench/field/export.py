@@ -51,7 +51,7 @@ _STAMP = struct.Struct(">Q")
 
 
 @dataclass(frozen=True)
-class Told:
+class MessageContents:
     """Contents of the messages, SI units, a row per message.
 
     Fast: attitude (n, 6) roll pitch yaw and rates, pwm (n, k), force (n, 3), gyro (n, 3); slow: position (m, 3),
@@ -93,7 +93,7 @@ def telemetry_of(
     velocity_filter: VelocityFilter,
     autopilot: Autopilot,
     rng: np.random.Generator,
-) -> Told:
+) -> MessageContents:
     """Contents of a dive's messages. The reported attitude and depth are the readings that the autopilot flew by."""
     ticks, noise = flown.ticks, flown.noise
     nu = ticks.state[:, 7:13]
@@ -106,7 +106,7 @@ def telemetry_of(
     supply = ticks.supply[::SECOND].copy()
     supply[:, 0] += sensors.volts * rng.standard_normal(len(supply))
     force = force + sensors.force * rng.standard_normal(force.shape)
-    return Told(
+    return MessageContents(
         attitude,
         ticks.pwm,
         force,
@@ -132,11 +132,13 @@ def positions(asked: Array, autopilot: Autopilot) -> Array:
     return FULL_STICK * shares / np.maximum(np.abs(shares).max(axis=0), 1e-9)
 
 
-def tlog_of(heard: Told, lost: float, rng: np.random.Generator, rates: Rates = COMPANION) -> bytes:
+def tlog_of(
+    contents: MessageContents, lost: float, rng: np.random.Generator, rates: Rates = COMPANION
+) -> bytes:
     """The recording, with a share `lost` of its frames missing."""
     vehicle, station = Encoder(1, 1), Encoder(255, 190)
     records: list[bytes] = []
-    for late_us, time_s, message in _messages(heard, rates):
+    for late_us, time_s, message in _messages(contents, rates):
         sent = isinstance(message, dialect.MAVLink_manual_control_message)
         raw = (station if sent else vehicle).encode(message)
         if rng.random() >= lost:
@@ -149,52 +151,52 @@ def packed(data: bytes) -> bytes:
     return gzip.compress(data, 6, mtime=0)
 
 
-def _messages(heard: Told, rates: Rates) -> Iterator[tuple[int, float, object]]:
-    for tick in range(len(heard.pwm)):
+def _messages(contents: MessageContents, rates: Rates) -> Iterator[tuple[int, float, object]]:
+    for tick in range(len(contents.pwm)):
         time_s = tick * TICK_S
         boot_ms = round(1000 * (BOOT_S + time_s))
         if tick % SECOND == 0:
-            yield from ((0, time_s, message) for message in _each_second(heard, tick // SECOND, boot_ms))
-        for message in _fast(heard, tick, boot_ms, rates):
+            yield from ((0, time_s, message) for message in _each_second(contents, tick // SECOND, boot_ms))
+        for message in _fast(contents, tick, boot_ms, rates):
             yield DELAY_US["fast"], time_s, message
-        for message in _slow(heard, tick, boot_ms, rates):
+        for message in _slow(contents, tick, boot_ms, rates):
             yield DELAY_US["slow"], time_s, message
 
 
-def _each_second(heard: Told, row: int, boot_ms: int) -> Iterator[object]:
+def _each_second(contents: MessageContents, row: int, boot_ms: int) -> Iterator[object]:
     armed = dialect.MAV_MODE_FLAG_SAFETY_ARMED | dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
     yield dialect.MAVLink_heartbeat_message(
         dialect.MAV_TYPE_SUBMARINE, dialect.MAV_AUTOPILOT_ARDUPILOTMEGA, armed, MODE_ALT_HOLD,
         dialect.MAV_STATE_ACTIVE, 3,
     )  # fmt: skip
     yield dialect.MAVLink_system_time_message(UNIX_US + 1_000_000 * row, boot_ms)
-    volts, amps = heard.supply[row]
+    volts, amps = contents.supply[row]
     cells = [round(1000 * volts), *[65535] * 9]
     yield dialect.MAVLink_battery_status_message(0, 0, 0, 32767, cells, round(100 * amps), -1, -1, -1)
 
 
-def _fast(heard: Told, tick: int, boot_ms: int, rates: Rates) -> Iterator[object]:
-    yield dialect.MAVLink_attitude_message(boot_ms, *heard.attitude[tick].tolist())
+def _fast(contents: MessageContents, tick: int, boot_ms: int, rates: Rates) -> Iterator[object]:
+    yield dialect.MAVLink_attitude_message(boot_ms, *contents.attitude[tick].tolist())
     if tick % rates.pulses == 0:
-        pulses = [round(pulse) for pulse in heard.pwm[tick].tolist()]
+        pulses = [round(pulse) for pulse in contents.pwm[tick].tolist()]
         yield dialect.MAVLink_servo_output_raw_message(1000 * boot_ms, 0, *(pulses + [0] * 16)[:16])
     if tick % rates.imu == 0:
-        force = [round(1000 * value / GRAVITY_M_S2) for value in heard.force[tick].tolist()]
-        gyro = [round(1000 * value) for value in heard.gyro[tick].tolist()]
+        force = [round(1000 * value / GRAVITY_M_S2) for value in contents.force[tick].tolist()]
+        gyro = [round(1000 * value) for value in contents.gyro[tick].tolist()]
         yield dialect.MAVLink_scaled_imu2_message(boot_ms, *force, *gyro, 0, 0, 0)
     if rates.sticks and tick % rates.sticks == 0:
-        yield dialect.MAVLink_manual_control_message(1, *map(round, heard.sticks[tick].tolist()), 0)
+        yield dialect.MAVLink_manual_control_message(1, *map(round, contents.sticks[tick].tolist()), 0)
 
 
-def _slow(heard: Told, tick: int, boot_ms: int, rates: Rates) -> Iterator[object]:
+def _slow(contents: MessageContents, tick: int, boot_ms: int, rates: Rates) -> Iterator[object]:
     row = tick // SLOW
     if tick % rates.position == 0:
         yield dialect.MAVLink_local_position_ned_message(
-            boot_ms, *heard.position[row].tolist(), *heard.velocity[row].tolist()
+            boot_ms, *contents.position[row].tolist(), *contents.velocity[row].tolist()
         )
     if tick % rates.pressure == 0:
         water = Water()
-        pascal = water.density_kg_m3 * water.gravity_m_s2 * float(heard.depth[row])
+        pascal = water.density_kg_m3 * water.gravity_m_s2 * float(contents.depth[row])
         yield dialect.MAVLink_scaled_pressure2_message(
             boot_ms, water.surface_pressure_hpa + pascal / 100.0, 0.0, 1850
         )

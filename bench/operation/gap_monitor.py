@@ -32,7 +32,7 @@ SOURCES = (*SIMULATED, "gcs_plugin/monitor", "bench/operation/gap_monitor.py")
 MASS_OFF, DAMPING_OFF = 0.01, 0.03
 """Relative standard deviations of the model's coefficients from the truth."""
 
-NOT_TOLD = ("I_p", "I_q", "D_p", "D_q")
+NOT_IDENTIFIED = ("I_p", "I_q", "D_p", "D_q")
 """No thruster pushes the vehicle in roll or pitch, so that no identification of its dives tells these."""
 
 BEFORE_S, AFTER_S = 150.0, 150.0
@@ -174,7 +174,7 @@ def _alarms(
         name: value
         * math.exp((MASS_OFF if BY_NAME[name].kind == "mass" else DAMPING_OFF) * rng.standard_normal())
         for name, value in truth.model.items()
-        if name not in NOT_TOLD
+        if name not in NOT_IDENTIFIED
     }
     number = file.vehicle.veh_cfg(configuration)
     live = LiveGap(file, {BY_NAME[name].parameter_id(number): value for name, value in off.items()})

@@ -17,7 +17,7 @@ from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
-from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, beside, kept_in, path_of
+from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, kept_in, path_of, receipt_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 
@@ -177,7 +177,7 @@ def written_since(receipts: Path, system: int, preimage: Path) -> frozenset[str]
     time = preimage.name.removesuffix(BEFORE)
     place = next((n for n, upload in enumerate(begun) if upload.time == time), None)
     if place is None:
-        upload = beside(preimage)
+        upload = receipt_of(preimage)
         return None if upload is None else upload.wrote
     later = (
         upload

@@ -262,8 +262,8 @@ def kept_in(receipts: Path, system: int | None = None) -> list[PastUpload]:
     return sorted(filter(None, kept), key=lambda receipt: (receipt.number, receipt.time))
 
 
-def beside(preimage: Path) -> PastUpload | None:
-    """The receipt that lies beside a -before.param; None without one that can be read."""
+def receipt_of(preimage: Path) -> PastUpload | None:
+    """The receipt that lies next to a -before.param; None without one that can be read."""
     return _read(path_of(preimage, RECEIPT), None)
 
 

@@ -40,7 +40,7 @@ class Selection:
 
 
 def find_recordings(
-    words: Sequence[str], progress: Callable[[float, str], None] = lambda _done, _what: None
+    words: Sequence[str], progress: Callable[[float, str], None] = lambda _done, _words: None
 ) -> Selection:
     """Find the recordings that DIVES mean. Raises LogError for a word that matches none.
 

@@ -27,8 +27,8 @@ SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15
 SPOILT_SHARE = 0.5
 """A degree of freedom counts as a right answer if its size is at least this share of the largest."""
 
-UNSEEN_IN_PAIRS = frozenset([*ABSORBED, *BY_NAME_ALONE, "wrong_feedback_log"])
-"""Effects that are not planted in pairs, because nobody could tell that they are there. Nor are two that are alike."""
+UNDETECTABLE = frozenset([*ABSORBED, *BY_NAME_ALONE, "wrong_feedback_log"])
+"""Effects that leave no trace of their own, so that they are planted neither in pairs nor as unknown."""
 
 
 @dataclass(frozen=True)
@@ -126,10 +126,10 @@ def check_of(case: Case) -> Dive:
 def left_out(name: str) -> tuple[str, ...]:
     """Names that a library must lack for this effect to be unknown to it: its own, and those of its true class.
 
-    Raises LogError if PLANTS lacks the effect, or if nobody could tell that it is there (UNSEEN_IN_PAIRS).
+    Raises LogError if PLANTS lacks the effect, or if it leaves no trace of its own (UNDETECTABLE).
     """
-    if name not in PLANTS or name in UNSEEN_IN_PAIRS:
-        able = ", ".join(sorted(set(PLANTS) - UNSEEN_IN_PAIRS))
+    if name not in PLANTS or name in UNDETECTABLE:
+        able = ", ".join(sorted(set(PLANTS) - UNDETECTABLE))
         raise LogError(f"'{name}' is no effect that can be planted as unknown; name one of {able}")
     return tuple(sorted(alike(name, rpm=False)))
 
@@ -182,7 +182,7 @@ def _names(rng: np.random.Generator, kind: str, without: Sequence[str]) -> tuple
     if kind == "one":
         kept = {*BY_NAME_ALONE, *without}
         return (str(rng.choice([name for name in PLANTS if name not in kept])),)
-    able = [name for name in PLANTS if name not in UNSEEN_IN_PAIRS and name not in without]
+    able = [name for name in PLANTS if name not in UNDETECTABLE and name not in without]
     while True:
         pair = tuple(str(name) for name in rng.choice(able, 2, replace=False))
         if pair[1] not in alike(pair[0], rpm=False):

@@ -13,7 +13,7 @@ from identify.diagnose.filters.nominal import Nominal, refitted
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.words.causes import SINCE, effect_words, value_words
 from identify.effects.course import Course
-from identify.effects.effect import Act, Effect, Told
+from identify.effects.effect import Act, AnswerParameters, Effect
 from identify.words import listed
 
 PASSES = 2
@@ -121,7 +121,7 @@ def _change(cause: Cause) -> Effect:
     def act(course: Course, by: Array) -> Act:
         return effect.act(course, before + by).less(effect.act(course, before))
 
-    def telling(by: Array) -> Told:
+    def telling(by: Array) -> AnswerParameters:
         was = effect.told(before)
         return {
             name: (value - was[name][0], unit)

@@ -140,7 +140,7 @@ class Parameter:
         return value in (self.low, self.high) and value not in self.sure
 
 
-Told = dict[str, tuple[float, str]]
+AnswerParameters = dict[str, tuple[float, str]]
 """Parameters of an answer by name: value and unit of each."""
 
 
@@ -229,7 +229,7 @@ class Effect:
     variant: str = ""
     refit_absorbs: bool = False
     possible: Callable[[Course, Array], bool] | None = None
-    telling: Callable[[Array], Told] | None = None
+    telling: Callable[[Array], AnswerParameters] | None = None
     compensation: Callable[[Course], tuple[Compensation, ...]] | None = None
     caveat: str = ""
     evidence: str = ""
@@ -262,10 +262,10 @@ class Effect:
         """Parameters (p,) at which the effect shows."""
         return np.array([p.start for p in self.parameters])
 
-    def told(self, values: Array) -> Told:
+    def told(self, values: Array) -> AnswerParameters:
         """Return its parameters by the names of an answer, with the thruster's number if it concerns a single
         thruster."""
-        answer: Told = {"thruster": (float(self.number), "1")} if self.number else {}
+        answer: AnswerParameters = {"thruster": (float(self.number), "1")} if self.number else {}
         if self.telling is not None:
             return answer | self.telling(values)
         return answer | {p.name: (float(v), p.unit) for p, v in zip(self.parameters, values, strict=True)}

@@ -13,7 +13,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects.course import Course
-from identify.effects.effect import Act, Effect, Parameter, Separation, Told
+from identify.effects.effect import Act, AnswerParameters, Effect, Parameter, Separation
 
 WAVE_PERIODS_S = (2.0, 3.0, 4.0, 5.0, 6.5, 8.0)
 CURRENT_PERIODS_S = (20.0, 40.0, 80.0, 160.0)
@@ -48,7 +48,7 @@ def varying_current(*periods_s: float) -> Effect:
             water += line @ np.stack([np.sin(rate * course.since_s), np.cos(rate * course.since_s)])
         return Act(water=course.in_body(*water))
 
-    def telling(values: Array) -> Told:
+    def telling(values: Array) -> AnswerParameters:
         lines = np.linalg.norm(values.reshape(-1, 4), axis=1)
         return {
             "amplitude": (float(np.linalg.norm(lines)), "m/s"),
@@ -89,7 +89,7 @@ def waves(*periods_s: float) -> Effect:
         wrench[:, :3] = course.in_body(force[0], force[1]) + (course.world[2].T * force[2]).T
         return Act(wrench=wrench)
 
-    def telling(values: Array) -> Told:
+    def telling(values: Array) -> AnswerParameters:
         lines = values.reshape(-1, 6)
         usual_s = _usual_s(periods_s, (lines**2).sum(axis=1))
         return {"force_amplitude": (max(_amplitudes(values)), "N"), "period": (usual_s, "s")}
@@ -201,7 +201,7 @@ def _near(course: Course, values: Array, far_m: Array, away: Array) -> Act:
     return Act(wrench=wrench)
 
 
-def _told(values: Array) -> Told:
+def _mass_change(values: Array) -> AnswerParameters:
     """The change of the masses from their inertia, or from their pull if the former is absent."""
     change = values[0] if values[0] != 0.0 else values[1]
     return {"mass_change": (float(change), "1")}
@@ -219,7 +219,7 @@ FREE_SURFACE = Effect(
     lambda course, values: _near(course, values, course.depth_m, course.world[2]),
     Separation(manoeuvres=("the same manoeuvres at two depths",)),
     needs=("depth",),
-    telling=_told,
+    telling=_mass_change,
     lasting=False,
 )
 
@@ -231,7 +231,7 @@ BOTTOM_OR_WALL = Effect(
     lambda course, values: _near(course, values, course.altitude_m, -course.world[2]),
     Separation(manoeuvres=("the same manoeuvres at two altitudes",)),
     needs=("altitude",),
-    telling=_told,
+    telling=_mass_change,
     lasting=False,
 )
 

@@ -38,7 +38,7 @@ from identify.nuisance import disturbance, noise, time_constant
 
 Complex = NDArray[np.complexfloating[Any, Any]]
 NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
-TOLD = (*NAMES, *(coefficient.name for coefficient in QUADRATICS))
+COUNTED = (*NAMES, *(coefficient.name for coefficient in QUADRATICS))
 """Of what information is counted: `NAMES`, and quadratic drag, which is none where the hull has only linear drag."""
 MASS_RATIO, DAMPING_RATIO = 1.4, 0.7
 """Total mass and damping as shares of the rigid body's mass or inertia, if the vehicle file gives neither."""
@@ -81,7 +81,7 @@ class Knowledge:
     """All twelve coefficients by name, quadratic drag where the hull has it, the noise of each degree of freedom, and
     sentences on their sources.
 
-    `precision` (18, 18) is that of the logarithms in the order of `TOLD`, zero for unknown coefficients. `guessed`
+    `precision` (18, 18) is that of the logarithms in the order of `COUNTED`, zero for unknown coefficients. `guessed`
     are coefficients without a prior, and without an identification to within `FIRM`. `doubted`: by coefficient, the
     sentences of the identification that doubt its result or say why it gives none; `doubts` are all of these
     sentences.
@@ -103,7 +103,7 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
     """Knowledge from the vehicle file; open values are generic ratios to the rigid body's mass."""
     shape = file.vehicle.configurations[configuration]
     values, open_names = {}, []
-    precision = np.zeros((len(TOLD), len(TOLD)))
+    precision = np.zeros((len(COUNTED), len(COUNTED)))
     for place, coefficient in enumerate(COEFFICIENTS):
         name, prior = coefficient.name, shape.priors.get(coefficient.name)
         if prior is not None:
@@ -176,7 +176,7 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
     precision = first.precision.copy()
     firm = frozenset(order[i] for i in known if math.sqrt(covariance[i, i]) <= FIRM * values[order[i]])
     if known:
-        places = [TOLD.index(order[i]) for i in known]
+        places = [COUNTED.index(order[i]) for i in known]
         scale = np.array([values[order[i]] for i in known])
         rough = np.sqrt(np.diag(covariance)[known]) / scale > ROUGH
         _check_possible(
@@ -292,9 +292,9 @@ TELLING_HZ = 5.0
 def of_motion(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
     """Information (18, 18) about log coefficients from the axes `dofs`, moving as `nu` (n, 6) from rest to rest.
 
-    Rows are `step_s` apart; the order is that of `TOLD`.
+    Rows are `step_s` apart; the order is that of `COUNTED`.
     """
-    out = np.zeros((len(TOLD), len(TOLD)))
+    out = np.zeros((len(COUNTED), len(COUNTED)))
     for dof in dofs:
         axis = axis_of(step_s, nu[:, dof], *_drag_and_noise(knowledge, dof))
         places = _places(dof, len(axis.answers))
@@ -304,7 +304,7 @@ def of_motion(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, .
 
 def of_timing(step_s: float, nu: Array, knowledge: Knowledge, dofs: tuple[int, ...]) -> Array:
     """Information (k, 18) that log coefficients share with the time of thrust, s, in each of the k axes `dofs`."""
-    out = np.zeros((len(dofs), len(TOLD)))
+    out = np.zeros((len(dofs), len(COUNTED)))
     for row, dof in enumerate(dofs):
         axis = axis_of(step_s, nu[:, dof], *_drag_and_noise(knowledge, dof))
         later = axis.impedance * axis.velocity * 1j * axis.w / (1 + 1j * axis.w * LATER_S)
@@ -318,7 +318,7 @@ def _drag_and_noise(knowledge: Knowledge, dof: int) -> tuple[float, float, float
 
 
 def _places(dof: int, count: int) -> list[int]:
-    return [TOLD.index(group[dof].name) for group in (MASSES, DAMPINGS, QUADRATICS)[:count]]
+    return [COUNTED.index(group[dof].name) for group in (MASSES, DAMPINGS, QUADRATICS)[:count]]
 
 
 @dataclass(frozen=True)

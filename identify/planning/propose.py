@@ -18,7 +18,7 @@ from bridge.simulator.direct import TICK_S
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, HEAVE, MASSES, SURGE, SWAY, YAW
 from bridge.vehicle.legs import Leg
 from identify.dive import STAMPED_S
-from identify.planning.knowledge import NAMES, TOLD, Knowledge, of_motion, of_timing
+from identify.planning.knowledge import COUNTED, NAMES, Knowledge, of_motion, of_timing
 from identify.planning.limits import REST_S, Limits, Tank, Trial
 from identify.planning.manoeuvres import (
     PERIODS_S,
@@ -297,7 +297,7 @@ def _choose(
     candidates: Sequence[_Candidate], knowledge: Knowledge, know: Sequence[str], seconds: float, aim: float
 ) -> list[tuple[_Candidate, int]]:
     """Candidates with their cycles, by axis and period: whole blocks, then single cycles for the remaining time."""
-    precision = knowledge.precision + np.eye(len(TOLD)) / WIDEST**2
+    precision = knowledge.precision + np.eye(len(COUNTED)) / WIDEST**2
     wanted = [NAMES.index(name) for name in know]
     cycles = [0] * len(candidates)
     left_s = seconds - REST_S

@@ -6,8 +6,8 @@ from typing import Any
 from bench.diagnosis import page, speed, tables
 from bench.diagnosis.plan import (
     FULL,
+    LACKED,
     SHORT,
-    UNKNOWABLE,
     Planned,
     planned,
     power_planned,
@@ -48,7 +48,7 @@ def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> Non
     assert len(groups["two"]) >= 100
     assert {trial.names for trial in groups["one"]} == {(name,) for name in PLANTS}
     assert {trial.names for trial in groups["novel"]} == {(name,) for name in NOVEL}
-    assert {trial.left for trial in groups["left out"]} == set(UNKNOWABLE)
+    assert {trial.left for trial in groups["left out"]} == set(LACKED)
     assert len(power_planned(FULL)) >= 3 * tables.EACH_POINT * len(set(PLANTS) - set(ABSORBED))
 
 

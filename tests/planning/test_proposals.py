@@ -19,8 +19,8 @@ from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
 from identify.planning.knowledge import (
+    COUNTED,
     NAMES,
-    TOLD,
     AxisNoise,
     after,
     axis_of,
@@ -48,7 +48,7 @@ def _waves_of_few_lengths(request, monkeypatch):
 
 
 def known_to(widths):
-    precision = np.diag([widths[name] ** -2.0 if name in widths else 0.0 for name in TOLD])
+    precision = np.diag([widths[name] ** -2.0 if name in widths else 0.0 for name in COUNTED])
     return replace(KNOWN, precision=precision)
 
 
@@ -364,7 +364,7 @@ def test_an_identification_with_quadratic_drag_brings_that_too():
     said = identified(
         configuration="standard",
         vehicle={"name": "bluerov2"},
-        parameters=[{"name": name, "value": values.get(name)} for name in TOLD],
+        parameters=[{"name": name, "value": values.get(name)} for name in COUNTED],
         covariance={"of": of, "matrix": [[0.04, -0.09], [-0.09, 0.25]]},
     )
     known = after(said, source.file, "standard", "first.json")
