@@ -9,8 +9,6 @@ Whatever is in doubt ends with nothing added, which leaves the pilot's sticks as
 """
 
 import math
-from collections import deque
-from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Final
@@ -21,7 +19,6 @@ from bridge.ardusub.hold import VelocityHold
 from bridge.ardusub.mixing import Mixer
 from bridge.arrays import Array
 from bridge.firmware.ardusub import FLOWN_BY_STICKS, MANUAL
-from bridge.vehicle.accepted_effects import known_effects
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.coefficients import QUADRATICS
 from bridge.vehicle.config import Vehicle
@@ -30,19 +27,17 @@ from bridge.vehicle.feedforward import (
     FEEDFORWARD_DOFS,
     LONGEST_TICK_S,
     SLOPE_PER_S,
-    FeedForward,
     Lead,
     Onset,
     Slope,
     feedforward,
     silent,
 )
+from bridge.vehicle.in_force import FaultTexts, ModelInForce, ParameterProvider
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import OLDEST_S, Navigation, known_at
-from bridge.vehicle.references import ZERO6, Reference, Six
-from bridge.vehicle.shadow import NONE_FLOWN, Shadow
+from bridge.vehicle.references import ZERO6, Reference, Six, Trail
 from bridge.vehicle.thrusters import Allocator, thrust_curve
-from bridge.wire.status_codes import without_set_faults
 
 REFERENCE_RAD_S: Final = 3.0
 """Pace of the reference: half of a stick's velocity after 0.56 s, nine tenths after 1.3 s."""
@@ -57,31 +52,32 @@ HELD_S: Final = 0.02
 PAUSE_S: Final = 0.5
 """After a longer pause of the sticks the reference starts again from rest."""
 
-Provider = Callable[[int], Mapping[str, float]]
-
 
 class StickLaw:
     """Steps at the pace of the pilot's sticks; `parameters` gives the active coefficients."""
 
     def __init__(
-        self, vehicle: Vehicle, configuration: str, parameters: Provider, directory: Path, mixer: Mixer
+        self,
+        vehicle: Vehicle,
+        configuration: str,
+        parameters: ParameterProvider,
+        directory: Path,
+        mixer: Mixer,
     ) -> None:
         shape = vehicle.configurations[configuration]
-        self._shape, self._mixer, self._parameters = shape, mixer, parameters
+        self._shape, self._mixer = shape, mixer
         self._veh_cfg = vehicle.veh_cfg(configuration)
         allocator = Allocator(shape, thrust_curve(vehicle.thrust_curve, directory))
         self._reach = tuple(float(limit) for limit in allocator.reach())
         self._held = VelocityHold(shape, self._reach)
         self._lead = Lead(vehicle.thrust_curve.lag_s + HELD_S, self._reach)
-        self._slope, self._shadow = Slope(self._reach), Shadow(self._reach)
-        self._coefficients: Mapping[str, float] = {}
-        self._effects = known_effects({}, shape)
+        self._slope = Slope(self._reach)
+        self._model = ModelInForce(parameters, self._veh_cfg, shape, self._reach)
         self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
-        self._track = deque[tuple[float, Six]]()
+        self._trail = Trail(OLDEST_S)
         self._time_s = math.nan
         self._onset, self._sum = Onset(), np.zeros(3)
-        self._faults: tuple[str, ...] = ()
-        self._texts: list[str] = []
+        self._faults = FaultTexts()
 
     def step(
         self, now_s: float, sticks: Array, gain: float, mode: Mode, doubt: str, flight_mode: int,
@@ -102,18 +98,19 @@ class StickLaw:
         pilot = np.zeros(6)
         if math.isfinite(gain):
             pilot[list(FEEDFORWARD_DOFS)] = self._mixer.wrench(gain * sticks / FULL_STICK)
-        self._take_coefficients()
+        if self._model.renew():
+            self._faults.begin_set()
         flown = FEEDFORWARD_DOFS if flight_mode == MANUAL else FEEDFORWARD_DOFS[:-1]
         reference = self._reference(pilot, flown, known, dt_s)
         term = (
             silent(doubt)
             if doubt
-            else feedforward(self._coefficients, reference, self._reach, self._effects.hull)
+            else feedforward(self._model.coefficients, reference, self._reach, self._model.effects.hull)
         )
         off = {*range(6)} - {*flown} | {*term.off}
-        self._remember(now_s)
+        self._trail.add(now_s, reference)
         pid = self._hold(known, reference, pilot, dt_s, mode, off)
-        self._report(term.faults if mode is not Mode.OFF else ())
+        self._faults.report(term.faults if mode is not Mode.OFF else ())
         acts = mode.applies_feedforward and not doubt
         # The feed-forward follows the sticks in every mode, so that it fades in from where it is.
         led = self._lead.step(term.tau, dt_s)
@@ -124,7 +121,7 @@ class StickLaw:
         given = np.zeros(6)
         if len(pwm_us) >= len(self._shape.thrusters):
             given[list(FEEDFORWARD_DOFS)] = self._mixer.wrench_of_pulses(pwm_us[: len(self._shape.thrusters)])
-        self._judge(mode, doubt, dt_s, given, term, known)
+        self._model.judge(mode, "a doubt" if doubt else "", dt_s, _six(given.tolist()), term.tau, known)
         nu_fb = (*navigation.velocity, *navigation.rate)
         actuation = Actuation(
             now_s, pid, term.tau, _six(given.tolist()), nu_fb, reference, (), int(mode), self._veh_cfg
@@ -141,32 +138,21 @@ class StickLaw:
         self._restart()
 
     def unproven(self) -> str:
-        """Why the feed-forward has not proved good in shadow, "" if it has: for `ParameterServer.unproven`."""
-        same = self._parameters(self._veh_cfg) == self._coefficients
-        return self._shadow.fault if same else NONE_FLOWN
+        """See `ModelInForce.unproven`."""
+        return self._model.unproven()
 
     def take_texts(self) -> list[str]:
         """Sentences for the crew since the last call."""
-        texts, self._texts = [*self._texts, *self._held.take_texts()], []
-        return texts
+        return [*self._faults.take(), *self._held.take_texts()]
 
     def _restart(self) -> None:
         self._nu, self._nu_dot = [0.0] * 6, [0.0] * 6
-        self._track.clear()
+        self._trail = Trail(OLDEST_S)
         self._slope.reset()
         self._lead.reset()
         self._held.reset()
         self._onset.step(False, 0.0)
-        self._shadow.pause()
-
-    def _take_coefficients(self) -> None:
-        coefficients = self._parameters(self._veh_cfg)
-        if coefficients != self._coefficients:
-            self._shadow.begin_anew()
-            self._coefficients = dict(coefficients)
-            self._effects = known_effects(coefficients, self._shape)
-            # Those that the new set has as well are told again.
-            self._faults = without_set_faults(self._faults)
+        self._model.shadow.pause()
 
     def _reference(self, pilot: Array, flown: tuple[int, ...], known: Navigation, dt_s: float) -> Reference:
         """Follow the velocities that the sticks ask for, critically damped."""
@@ -174,25 +160,14 @@ class StickLaw:
         for dof, _, damping in AXES:
             target = 0.0
             if dof in flown:
-                linear = self._coefficients.get(damping, 0.0)
+                linear = self._model.coefficients.get(damping, 0.0)
                 target = steady_velocity(
-                    float(pilot[dof]), linear, self._effects.hull.get(QUADRATICS[dof].name, 0.0)
+                    float(pilot[dof]), linear, self._model.effects.hull.get(QUADRATICS[dof].name, 0.0)
                 )
             pull = REFERENCE_RAD_S**2 * (target - self._nu[dof]) - 2 * REFERENCE_RAD_S * self._nu_dot[dof]
             self._nu_dot[dof] += within_s * pull / (1 + 2 * REFERENCE_RAD_S * within_s)
             self._nu[dof] += within_s * self._nu_dot[dof]
         return Reference(_six(self._nu), _six(self._nu_dot), known.heading_rad, known.depth_m)
-
-    def _remember(self, now_s: float) -> None:
-        self._track.append((now_s, _six(self._nu)))
-        while self._track[0][0] < now_s - OLDEST_S:
-            self._track.popleft()
-
-    def _nu_at(self, time_s: float) -> Six:
-        """The reference's velocity at a time of the last `OLDEST_S`; the newest for NaN."""
-        times, nus = zip(*self._track, strict=True)
-        at_s = time_s if math.isfinite(time_s) else times[-1]
-        return _six([float(np.interp(at_s, times, column)) for column in zip(*nus, strict=True)])
 
     def _hold(
         self, known: Navigation, reference: Reference, pilot: Array, dt_s: float, mode: Mode, off: set[int]
@@ -205,7 +180,7 @@ class StickLaw:
         if mode is not Mode.BOTH or not dt_s > 0:
             self._held.reset()
             return ZERO6
-        of_reading = replace(reference, nu=self._nu_at(known.velocity_time_s))
+        of_reading = replace(reference, nu=self._trail.at(known.velocity_time_s).nu)
         return self._held.step(known, of_reading, pilot.tolist(), off, dt_s)
 
     def _limited(self, total: Array, gain: float, sticks: Array, dt_s: float, off: set[int]) -> Array:
@@ -224,26 +199,6 @@ class StickLaw:
         wanted = np.clip(wanted, sticks - MOST_ADDED, sticks + MOST_ADDED)
         self._sum = np.clip(wanted, -FULL_STICK, FULL_STICK)
         return self._sum - sticks
-
-    def _judge(
-        self, mode: Mode, doubt: str, dt_s: float, given: Array, term: FeedForward, known: Navigation
-    ) -> None:
-        if mode is Mode.OFF:
-            self._shadow.begin_anew()
-        elif mode is not Mode.SHADOW:
-            self._shadow.pause()
-        elif doubt:
-            self._shadow.begin_anew("a doubt")
-        elif dt_s > 0:
-            nu = (*known.velocity, *known.rate)
-            self._shadow.step(
-                dt_s, self._coefficients, self._effects.hull, _six(given.tolist()), term.tau, nu
-            )
-
-    def _report(self, faults: tuple[str, ...]) -> None:
-        if faults != self._faults:
-            self._texts += [fault for fault in faults if fault not in self._faults]
-            self._faults = faults
 
 
 def steady_velocity(force: float, linear: float, quadratic: float) -> float:

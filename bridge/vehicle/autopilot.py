@@ -1,7 +1,7 @@
 """One control tick: turns navigation and reference into wrenches and thruster commands."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -9,24 +9,22 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import ConfigError
-from bridge.vehicle.accepted_effects import Supply, known_effects
+from bridge.vehicle.accepted_effects import Supply
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.controller import GAINS, Controller, load_gains
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS, FeedForward, Lead, Onset, Slope, feedforward, silent
+from bridge.vehicle.in_force import FaultTexts, ModelInForce, ParameterProvider
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import OLDEST_S, Navigation, known_at
 from bridge.vehicle.references import ZERO6, Push, Reference, Six, Trail
-from bridge.vehicle.shadow import NONE_FLOWN, Shadow
 from bridge.vehicle.thrusters import NEUTRAL_US, Allocator, Pulses, thrust_curve
-from bridge.wire.status_codes import Topic, coded, without_set_faults
+from bridge.wire.status_codes import Topic, coded
 
 RATE_HZ = 20.0
 HOLD_AFTER_S = 5.0  # long enough for a DVL to regain bottom lock
 REFERENCE_STALE_S = 0.5  # ten ticks: long enough for a planner in another process to catch up
 NO_ARM = 1e-6
-
-ParameterProvider = Callable[[int], Mapping[str, float]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,15 +95,12 @@ class Autopilot:
                 f"thrust_curve: neutral_us is {curve.neutral_us:g}, and the bridge holds a thruster at rest by "
                 f"{NEUTRAL_US:g} us alone; set the speed controllers to that"
             )
-        self._parameters = parameters
         self._allocator = Allocator(shape, curve)
         self._reach = tuple(float(limit) for limit in self._allocator.reach())
         self._limits_n = (self._allocator.low_n, self._allocator.high_n)
         self._controller = Controller(table, shape, self._reach)
-        self._shape = shape
-        self._effects = known_effects({}, shape)
+        self._model = ModelInForce(parameters, self.veh_cfg, shape, self._reach)
         self._without: tuple[str, ...] = ()
-        self._coefficients: Mapping[str, float] = {}
         self._supply = Supply()
         self._pulses = Pulses(curve, table.straight_below_n)
         self._fed_gain = table.fed.gain
@@ -116,14 +111,12 @@ class Autopilot:
         self._lead = Lead(vehicle.thrust_curve.lag_s + 0.5 / RATE_HZ, self._reach)
         self._slope = Slope(self._reach)
         self._onset = Onset()
-        self._shadow = Shadow(self._reach)
         self._trail = Trail(OLDEST_S)
         self._saturated = False
         self._time_s = self._begun_s = math.nan
         self._has_dvl, self._has_imu = vehicle.sensors.dvl is not None, vehicle.sensors.imu is not None
         self._heard_s: dict[str, float] = {}
-        self._faults: tuple[str, ...] = ()
-        self._texts: list[str] = []
+        self._faults = FaultTexts()
 
     def step(self, time_s: float, navigation: Navigation, reference: Reference) -> Actuation:
         """Return the commands of the tick at `time_s`; the PID gives zero on an axis whose sensor has fallen silent."""
@@ -146,7 +139,7 @@ class Autopilot:
             pid = tuple(0.0 if dof in FEEDFORWARD_DOFS else pid[dof] for dof in range(6))  # type: ignore[assignment]
         term = self._feedforward(time_s, reference)
         blind = _blind(known)
-        self._report((*blind, *lost, *no_pushes, *term.faults, *self._without))
+        self._faults.report((*blind, *lost, *no_pushes, *term.faults, *self._without))
         led = self._lead.step(term.tau, dt_s)
         applied = self.mode.applies_feedforward and not lost
         pushed = list(pushes)
@@ -160,14 +153,15 @@ class Autopilot:
             push[pushed] = [0.0 if dof in still else pushes[dof] for dof in pushed]
         thrust, commanded, scale = self._allocator.allocate(np.array(pid) + ff + push)
         supply = self._supplied(navigation.voltage_v, dt_s)
-        losses = self._effects.losses if self.mode.applies_feedforward else None
+        losses = self._model.effects.losses if self.mode.applies_feedforward else None
         if losses is not None:
             made_up, share = losses.made_up(thrust, supply, self._gentle_n, self._limits_n)
             thrust, share = self._onset.between(thrust, made_up), self._onset.between(1.0, share)
             commanded, scale = share * commanded, share * scale
         self._saturated = scale < 1.0
         x, y, z, k, m, n = commanded.tolist()
-        self._watch(dt_s, navigation, term, (x, y, z, k, m, n), bool(blind or lost), bool(pushed))
+        obstacle = self._obstacle(term, bool(blind or lost), bool(pushed))
+        self._model.judge(self.mode, obstacle, dt_s, (x, y, z, k, m, n), term.tau, navigation)
         pwm_us = tuple(self._pulse_widths(thrust).tolist())
         return self._actuation(time_s, navigation, reference, pid, term.tau, (x, y, z, k, m, n), pwm_us)
 
@@ -189,63 +183,43 @@ class Autopilot:
         self._lead.reset()
         self._slope.reset()
         self._onset.step(False, 0.0)
-        self._shadow.begin_anew()
+        self._model.shadow.begin_anew()
         term = self._feedforward(time_s, reference)
-        self._report((*term.faults, *self._without))
+        self._faults.report((*term.faults, *self._without))
         neutral = (NEUTRAL_US,) * self._allocator.matrix.shape[1]
         return self._actuation(time_s, navigation, reference, ZERO6, term.tau, ZERO6, neutral)
 
     def unproven(self) -> str:
-        """Say why the feed-forward has not proved good in shadow, "" if it has: for `ParameterServer.unproven`.
+        """See `ModelInForce.unproven`."""
+        return self._model.unproven()
 
-        Judges the parameters in force at the time of the call, which may be newer than those of the last tick.
-        """
-        same = self._parameters(self.veh_cfg) == self._coefficients
-        return self._shadow.fault if same else NONE_FLOWN
-
-    def _watch(
-        self, dt_s: float, navigation: Navigation, term: FeedForward, given: Six, lame: bool, pushed: bool
-    ) -> None:
-        """Record this tick as evidence for or against the feed-forward while it flies in shadow."""
-        at_limit = self._saturated or any(
+    def _obstacle(self, term: FeedForward, lame: bool, pushed: bool) -> str:
+        """Why this tick is no evidence for or against the feed-forward, "" if it is."""
+        if lame:
+            return "a lost sensor"
+        if len(term.off) == len(FEEDFORWARD_DOFS):
+            return "FF was off"
+        if self._saturated or any(
             abs(term.tau[dof]) >= self._reach[dof] > NO_ARM for dof in FEEDFORWARD_DOFS
-        )
-        if self.mode is Mode.OFF:
-            self._shadow.begin_anew()
-        elif self.mode is not Mode.SHADOW:
-            self._shadow.pause()
-        elif lame:
-            self._shadow.begin_anew("a lost sensor")
-        elif len(term.off) == len(FEEDFORWARD_DOFS):
-            self._shadow.begin_anew("FF was off")
-        elif at_limit:
-            self._shadow.begin_anew("thrust at a limit")
-        elif pushed:
-            self._shadow.begin_anew("a push")
-        else:
-            nu = (*navigation.velocity, *navigation.rate)
-            self._shadow.step(dt_s, self._coefficients, self._effects.hull, given, term.tau, nu)
+        ):
+            return "thrust at a limit"
+        return "a push" if pushed else ""
 
     def _feedforward(self, time_s: float, reference: Reference) -> FeedForward:
         """Return this tick's feed-forward term, after taking over any change of the coefficients and accepted
         effects."""
-        coefficients = self._parameters(self.veh_cfg)
-        if coefficients != self._coefficients:
-            self._shadow.begin_anew()
-            self._coefficients = dict(coefficients)
-            self._effects = known_effects(coefficients, self._shape)
+        if self._model.renew():
             self._without = tuple(
-                coded(Topic.SET_FAULT, f"FF without {fault}") for fault in self._effects.faults
+                coded(Topic.SET_FAULT, f"FF without {fault}") for fault in self._model.effects.faults
             )
-            # Those that the new set has as well are told again.
-            self._faults = without_set_faults(self._faults)
+            self._faults.begin_set()
         if abs(time_s - reference.time_s) > REFERENCE_STALE_S:
             return silent("the reference is stale")
-        return feedforward(coefficients, reference, self._reach, self._effects.hull)
+        return feedforward(self._model.coefficients, reference, self._reach, self._model.effects.hull)
 
     def _supplied(self, voltage_v: float, dt_s: float) -> float:
         """Share of all thrust that is left at the battery's voltage."""
-        law = self._effects.voltage
+        law = self._model.effects.voltage
         return 1.0 if law is None else self._supply.step(law, voltage_v, dt_s)
 
     def _wanted_then(self, reference: Reference, known: Navigation) -> Reference:
@@ -298,13 +272,7 @@ class Autopilot:
 
     def take_texts(self) -> list[str]:
         """Return the status texts since the last call: each new fault of controller or feed-forward, reported once."""
-        texts, self._texts = self._texts, []
-        return texts
-
-    def _report(self, faults: tuple[str, ...]) -> None:
-        if faults != self._faults:
-            self._texts += [fault for fault in faults if fault not in self._faults]
-            self._faults = faults
+        return self._faults.take()
 
 
 def _pushes(push: Push, reach: Sequence[float]) -> tuple[dict[int, float], tuple[str, ...]]:
