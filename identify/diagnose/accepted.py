@@ -25,7 +25,8 @@ from bridge.vehicle.config import Configuration
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.parameters import bounds
 from identify.checks.actuation.controller import READINGS
-from identify.checks.fit import drag_doubts, late_doubts
+from identify.checks.fit.missing_forces import drag_doubts
+from identify.checks.fit.thrust_timing import late_doubts
 from identify.diagnose.accepted_before import all_accepted
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.evidence import inverse

@@ -23,7 +23,7 @@ from bridge.vehicle.coefficients import (
     SWAY,
 )
 from bridge.vehicle.config import Configuration, VehicleFile
-from identify.checks.fit import loud, loud_note
+from identify.checks.fit.loud_noise import loud, loud_note
 from identify.diagnose.causes.evidence import FOLDS
 from identify.diagnose.filters.nominal import Nominal, nominal_of
 from identify.diagnose.filters.regression import PIECE_S

@@ -16,21 +16,11 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL, Coeffic
 from bridge.vehicle.config import VehicleFile
 from identify.checks.actuation.controller import Unrecorded, feedback_doubts, unchecked
 from identify.checks.contradictions import contradictions
-from identify.checks.fit import (
-    crossed,
-    crossed_doubts,
-    delay_doubt,
-    drag_doubts,
-    lacking_doubts,
-    late_doubts,
-    loud,
-    loud_doubts,
-    loud_note,
-    missing_forces,
-    strange_doubts,
-    too_little,
-    unseen_doubts,
-)
+from identify.checks.fit.hardly_this_vehicle import crossed, crossed_doubts, strange_doubts
+from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
+from identify.checks.fit.missing_forces import drag_doubts, lacking_doubts, missing_forces, too_little
+from identify.checks.fit.thrust_timing import delay_doubt, late_doubts
+from identify.checks.fit.unread_speeds import unread_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, worst
 from identify.estimators.axes.axis import Axes
@@ -130,7 +120,7 @@ def answer_of(
         *strange_doubts(built.strange),
         *crossed_doubts(crossed(joint, theta)),
         *loud_doubts(noisy),
-        *unseen_doubts(built),
+        *unread_doubts(built),
         *(() if delay is None else (delay_doubt(delay, built.pushed),)),
         *late_doubts(late, built.pushed),
         *drag_doubts(lacking, configuration.damping),
@@ -274,3 +264,13 @@ def _outcome(by_fit: Outcome, by_doubts: Outcome) -> Outcome:
     if by_doubts is Outcome.NOT_IDENTIFIABLE or by_fit is Outcome.NOT_IDENTIFIABLE:
         return by_doubts
     return worst((by_fit, by_doubts))
+
+
+def unsettled_doubt(names: tuple[str, ...], where: str, bound: str) -> Doubt:
+    """Doubt that the search for these coefficients settled: it stopped at its bound of steps."""
+    return Doubt(
+        names,
+        f"In {where} the search stopped at its bound of {bound} before it settled",
+        f"don't rely on what it says of {where}; dive longer, with more changes of thrust.",
+        Outcome.AT_BOUND,
+    )

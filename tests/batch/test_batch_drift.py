@@ -11,7 +11,8 @@ from scipy.stats import t as stats_t
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value, doubts_in
 from identify.batch.trend import common_series, fit_trend, holm, ratio
-from identify.checks.fit import drag_doubts, late_doubts
+from identify.checks.fit.missing_forces import drag_doubts
+from identify.checks.fit.thrust_timing import late_doubts
 from identify.doubt import Culprit, Doubt, Outcome
 from identify.estimators.missing_forces.drag_and_timing import Multiplier
 

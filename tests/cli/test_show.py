@@ -16,7 +16,7 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
 from gcs_plugin.recording.recorder import DiveCounts
-from identify.checks.fit import too_little
+from identify.checks.fit.missing_forces import too_little
 from identify.comparison import compare
 from identify.dive import Dive
 from identify.doubt import Outcome

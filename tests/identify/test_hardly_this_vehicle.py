@@ -11,7 +11,8 @@ from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from identify.checks.actuation.controller import unchecked
-from identify.checks.fit import crossed, crossed_doubts, unseen_doubts
+from identify.checks.fit.hardly_this_vehicle import crossed, crossed_doubts
+from identify.checks.fit.unread_speeds import unread_doubts
 from identify.checks.sensors.descent import descent, descent_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
@@ -149,9 +150,9 @@ def test_a_few_commands_tell_nothing_of_the_thrusters():
 
 def test_a_dive_without_a_gyro_is_doubted_where_turning_at_speed_pushes():
     dived = mission()
-    assert unseen_doubts(build_axes(dived.dive, dived.file, dived.configuration)) == ()
+    assert unread_doubts(build_axes(dived.dive, dived.file, dived.configuration)) == ()
     blind = replace(dived.dive, gyro=None, fog=None, attitude=None)
-    (doubt,) = unseen_doubts(build_axes(blind, dived.file, dived.configuration))
+    (doubt,) = unread_doubts(build_axes(blind, dived.file, dived.configuration))
     assert doubt.about == ("M_u", "M_v", "M_w", "D_u", "D_v", "D_w")
     assert doubt.sentence.startswith(
         "No rate of turn was recorded in roll, pitch and yaw: the forces that turning"
@@ -164,7 +165,7 @@ def test_speed_ahead_alone_is_pushed_along_no_axis_that_was_read():
     dived = mission()
     ahead = replace(with_velocity(dived.dive, np.diag([1.0, 0.0, 0.0])), gyro=None, fog=None)
     ahead = replace(ahead, attitude=None, depth=None, pressure=None)
-    assert unseen_doubts(build_axes(ahead, dived.file, dived.configuration)) == ()
+    assert unread_doubts(build_axes(ahead, dived.file, dived.configuration)) == ()
 
 
 @pytest.mark.parametrize("scale", [0.5, 3.28, -1.0])

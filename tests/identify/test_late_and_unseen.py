@@ -12,7 +12,8 @@ from soak import rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import load_vehicle
-from identify.checks.fit import late_doubts, silent_share, unseen_doubts
+from identify.checks.fit.thrust_timing import late_doubts
+from identify.checks.fit.unread_speeds import silent_share, unread_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.axes.axis import Axes
@@ -124,9 +125,9 @@ def test_a_force_that_is_later_differs_by_its_slope():
 def test_a_dive_without_a_dvl_is_doubted_where_it_turns():
     mission = draw_one(100_002, seconds=40.0, kind="rocking")
     seen = build_axes(mission.dive, mission.file, mission.configuration)
-    assert unseen_doubts(seen) == ()
+    assert unread_doubts(seen) == ()
     blind = replace(mission.dive, velocity=None)
-    (doubt,) = unseen_doubts(build_axes(blind, mission.file, mission.configuration))
+    (doubt,) = unread_doubts(build_axes(blind, mission.file, mission.configuration))
     assert doubt.about[:3] == ("I_p", "I_q", "I_r")
     assert doubt.sentence.startswith("No velocity was recorded in surge")
     assert doubt.outcome is Outcome.CONVERGED
@@ -142,9 +143,9 @@ def test_a_long_gap_of_the_dvl_is_doubted_and_a_short_one_is_not():
         dive = replace(mission.dive, velocity=Signal(signal.time_s, value))
         return build_axes(dive, mission.file, mission.configuration)
 
-    assert unseen_doubts(silent(3.0)) == ()
+    assert unread_doubts(silent(3.0)) == ()
     built = silent(20.0)
-    (doubt,) = unseen_doubts(built)
+    (doubt,) = unread_doubts(built)
     assert "of the dive no velocity was read in surge and sway" in doubt.sentence
     assert silent_share(built.axes[0]) == pytest.approx(0.5, abs=0.06)
 

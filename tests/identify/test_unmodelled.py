@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from soak import rest_in_soak
 
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.fit import lacking_doubts
+from identify.checks.fit.missing_forces import lacking_doubts
 from identify.dive import Signal
 from identify.doubt import Culprit, Outcome
 from identify.estimators.axes.build import build_axes

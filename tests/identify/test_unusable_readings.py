@@ -16,7 +16,7 @@ from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
 from identify.challenge.seal import tlog_of
 from identify.checks.actuation.controller import frozen_doubts
-from identify.checks.fit import loud, loud_doubts, loud_note
+from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import without_impossible, without_repeated
 from identify.dive import Dive, Signal

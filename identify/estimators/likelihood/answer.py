@@ -17,10 +17,10 @@ from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify import nuisance
 from identify.checks.actuation.controller import unrecorded
-from identify.checks.fit import lateness_note, unsettled_doubt
+from identify.checks.fit.thrust_timing import lateness_note
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt
-from identify.estimators.answer import Fitted, answer_of
+from identify.estimators.answer import Fitted, answer_of, unsettled_doubt
 from identify.estimators.axes.axis import Axes
 from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.axis import DISTURBANCE, FORCES, TIME_CONSTANT, AxisFit

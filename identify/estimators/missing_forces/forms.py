@@ -77,8 +77,8 @@ class Forms:
         return [np.tanh(force / max(small, 1e-9)), np.abs(force), (axis.time_s - axis.time_s[0]) * force]
 
     def _across(self, axis: Axis) -> list[Array]:
-        """The thrust of each other axis, but of sway in surge and of surge in sway, which `checks.fit.crossed` tests;
-        none where only its means are known."""
+        """The thrust of each other axis, but of sway in surge and of surge in sway, which have a test in
+        `checks.fit.hardly_this_vehicle`; none where only its means are known."""
         if axis.sampled_s or axis.smoothing_s:
             return []
         return [

@@ -9,10 +9,9 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify import nuisance
 from identify.checks.actuation.controller import unrecorded
-from identify.checks.fit import unsettled_doubt
 from identify.dive import Dive
 from identify.doubt import Doubt
-from identify.estimators.answer import Fitted, answer_of
+from identify.estimators.answer import Fitted, answer_of, unsettled_doubt
 from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.missing_forces.drag_and_timing import doubts_of

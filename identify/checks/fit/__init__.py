@@ -1,0 +1,5 @@
+"""Doubts about a fit, by what it shows.
+
+`hardly_this_vehicle` another vehicle, or axes that are mixed up · `loud_noise` of sensors · `unread_speeds` ·
+`thrust_timing` thrust at another time · `missing_forces` of the model.
+"""
