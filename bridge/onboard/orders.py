@@ -4,14 +4,17 @@ Orders are taken from one address only, and only so often; any other request is 
 """
 
 import math
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
+from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire.ftp import PAYLOAD_BYTES, Fault, decode, refused
+from bridge.wire.status_codes import Topic, coded
 
 STATION_SYSTEM = 255
 
@@ -141,3 +144,57 @@ class RateLimit:
             return False
         self._report_s = now_s + REPORT_EVERY_S
         return True
+
+
+ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
+DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few retries; a flood of orders gets no flood of denials
+STRANGER_AGAIN_S, STRANGERS_EVERY_S = 10.0, 1.0
+WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, but no more than the loop can answer
+STORES_HZ, MOST_STORES = 5.0, 50  # writes that wait for the disk
+
+
+class OrderGate:
+    """Which of the ORDERS are obeyed: those of `ground`, and no more writes than the loop and the disk keep up with.
+
+    `counts` counts orders from strangers ("refused") and dropped writes ("too fast"); `say` reports both to the crew.
+    """
+
+    def __init__(
+        self, ground: Ground, counts: Counter[str], say: Callable[[str], None], now_s: float
+    ) -> None:
+        self.ground = ground
+        self._counts, self._say = counts, say
+        self._writes = RateLimit(WRITES_HZ, MOST_WRITES, now_s)
+        self._stores = RateLimit(STORES_HZ, MOST_STORES, now_s)
+        self._denials = RateLimit(DENIALS_HZ, MOST_DENIALS, now_s)
+        self._strangers: dict[str, float] = {}
+        self._stranger_due_s = now_s
+
+    def is_stranger(self, message: Any) -> bool:
+        """Whether a message's sender may give no orders."""
+        return not self.ground.gives(message.get_srcSystem(), message.get_srcComponent())
+
+    def may_deny(self, message: Any, now_s: float) -> bool:
+        """Report a stranger's order, again after a while for a crew that missed the first report; return whether it may
+        be answered."""
+        self._counts["refused"] += 1
+        system, component = message.get_srcSystem(), message.get_srcComponent()
+        # A stranger in the ground's own system is named with its component, any other by its system alone.
+        stranger = str(Ground(system, component if system == self.ground.system else None))
+        if now_s >= max(self._strangers.get(stranger, now_s), self._stranger_due_s):
+            self._strangers[stranger] = now_s + STRANGER_AGAIN_S
+            self._stranger_due_s = now_s + STRANGERS_EVERY_S
+            self._say(coded(Topic.STRANGER, f"orders from {stranger} are refused", system))
+        return self._denials.allows(now_s)
+
+    def may_write(self, message: Any, now_s: float) -> bool:
+        """Whether the loop and the disk can keep up with this write. FF_MODE 0 (off) is always accepted."""
+        if message.param_id == MODE and message.param_value == 0.0:
+            return True
+        pace = self._stores if message.param_id in (MODE, COMMIT) else self._writes
+        if pace.allows(now_s):
+            return True
+        self._counts["too fast"] += 1
+        if pace.to_be_reported(now_s):
+            self._say("writes come too fast: some are dropped")
+        return False

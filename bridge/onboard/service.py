@@ -21,9 +21,10 @@ from bridge.onboard.device_faults import SensorWatch
 from bridge.onboard.flights import HEARD, Flights
 from bridge.onboard.link_set import Sides
 from bridge.onboard.orders import (
+    ORDERS,
     Ground,
     MotorTests,
-    RateLimit,
+    OrderGate,
     acknowledge,
     answer_command,
     answer_timesync,
@@ -48,11 +49,10 @@ from bridge.sensors.samples import (
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.navigation import Navigation, Navigator
-from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.vehicle.references import Reference
 from bridge.wire.framing import Encoder, Frame, decode
 from bridge.wire.readings import Reading, encode
-from bridge.wire.status_codes import Topic, coded, status_texts
+from bridge.wire.status_codes import status_texts
 
 if TYPE_CHECKING:
     from bridge.ardusub.companion import Companion
@@ -64,10 +64,6 @@ IMU_HZ, FOG_HZ = 50.0, 40.0
 OWN_BEATS: Final = 8
 """Sequence numbers of the last heartbeats sent: one with another, from the own address, is another companion's."""
 MOST_VALUES_A_STEP: Final = 5  # 100 parameter values a second at 20 Hz: 4 kB/s
-DENIALS_HZ, MOST_DENIALS = 10.0, 50  # an order and a few retries; a flood of orders gets no flood of denials
-STRANGER_AGAIN_S, STRANGERS_EVERY_S = 10.0, 1.0
-WRITES_HZ, MOST_WRITES = 200.0, 1000  # a set of all parameters at once, but no more than the loop can answer
-STORES_HZ, MOST_STORES = 5.0, 50  # writes that wait for the disk
 
 _QUESTIONS: Final = frozenset(
     (
@@ -83,7 +79,6 @@ _FTP: Final[int] = dialect.MAVLINK_MSG_ID_FILE_TRANSFER_PROTOCOL
 _UNKEPT: Final = frozenset((_FTP, dialect.MAVLINK_MSG_ID_SETUP_SIGNING))
 """Frames that are heard and not kept: questions for the recording itself, and keys."""
 _FTP_TARGET_BYTES: Final = 3  # network, system, component
-_ORDERS: Final = frozenset(("PARAM_SET", "COMMAND_LONG"))
 
 
 class Bridge:
@@ -118,7 +113,7 @@ class Bridge:
         self._clock = clock
         self._sides = Sides(links, self.say)
         self._parameters = parameters
-        self._ground = ground
+        self._gate = OrderGate(ground, self.counts, self.say, clock.boot_s())
         self._ring, self._files = ring, files
         self._companion = companion
         self._beats = deque[int](maxlen=OWN_BEATS)
@@ -137,11 +132,6 @@ class Bridge:
         self._queue: list[bytes] = []
         self._beat_due_s = clock.boot_s()
         self._text_number = 0
-        self._strangers: dict[str, float] = {}
-        self._stranger_due_s = clock.boot_s()
-        self._writes = RateLimit(WRITES_HZ, MOST_WRITES, clock.boot_s())
-        self._denials = RateLimit(DENIALS_HZ, MOST_DENIALS, clock.boot_s())
-        self._stores = RateLimit(STORES_HZ, MOST_STORES, clock.boot_s())
         thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
         for slot, device in self._devices.items():
             parser = make_parser(device, thrusters)
@@ -354,7 +344,7 @@ class Bridge:
             if frame.message_id not in _UNKEPT:
                 self._overheard.append(frame.raw)
         if self.flights is not None and frame.message_id in HEARD:
-            word = decode(frame) if self._ground.gives(frame.system, frame.component) else None
+            word = decode(frame) if self._gate.ground.gives(frame.system, frame.component) else None
             if word is not None and getattr(word, "target", own_address[0]) == own_address[0]:
                 self.flights.hear(word, self._clock.boot_s())
             return
@@ -403,13 +393,14 @@ class Bridge:
         kind = message.get_type()
         target = message.target_system, message.target_component
         mine = target == (self._encoder.system, self._encoder.component)
-        source = Ground(message.get_srcSystem(), message.get_srcComponent())
-        if kind in _ORDERS and mine and not self._ground.gives(source.system, message.get_srcComponent()):
-            return self._refuse(source, message)
-        if kind == "PARAM_SET" and mine and not self._may_write(message):
+        now_s = self._clock.boot_s()
+        if kind in ORDERS and mine and self._gate.is_stranger(message):
+            if not self._gate.may_deny(message, now_s):
+                return []
+            return self._parameters.deny(message) if kind == "PARAM_SET" else deny_command(message)
+        if kind == "PARAM_SET" and mine and not self._gate.may_write(message, now_s):
             return []
         if kind == "COMMAND_LONG" and mine and self.flights is not None and message.command in COMMANDS:
-            now_s = self._clock.boot_s()
             obstacle = "" if self._companion is None else self._companion.no_flight(now_s)
             flight = self.flights.order(
                 message, self.navigation, armed=self.armed, now_s=now_s, obstacle=obstacle
@@ -417,39 +408,11 @@ class Bridge:
             return acknowledge(message, *flight)
         if kind == "COMMAND_LONG":
             tests = self.motor_tests
-            now_s = self._clock.boot_s()
             test = None if tests is None else partial(tests.ask, armed=self.armed, now_s=now_s)
             return answer_command(message, self.arm, test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
             return refuse_file_transfer(message) if mine else []
         return self._parameters.handle(message, self.armed)
-
-    def _may_write(self, message: Any) -> bool:
-        """Whether the loop and the disk can keep up with this write. FF_MODE 0 (off) is always accepted."""
-        if message.param_id == MODE and message.param_value == 0.0:
-            return True
-        now_s = self._clock.boot_s()
-        pace = self._stores if message.param_id in (MODE, COMMIT) else self._writes
-        if pace.allows(now_s):
-            return True
-        self.counts["too fast"] += 1
-        if pace.to_be_reported(now_s):
-            self.say("writes come too fast: some are dropped")
-        return False
-
-    def _refuse(self, source: Ground, message: Any) -> list[Any]:
-        """Deny a stranger's order and report it, again after a while for a crew that missed the first report."""
-        self.counts["refused"] += 1
-        now_s = self._clock.boot_s()
-        # A stranger in the ground's own system is named with its component, any other by its system alone.
-        stranger = str(source if source.system == self._ground.system else Ground(source.system))
-        if now_s >= max(self._strangers.get(stranger, now_s), self._stranger_due_s):
-            self._strangers[stranger] = now_s + STRANGER_AGAIN_S
-            self._stranger_due_s = now_s + STRANGERS_EVERY_S
-            self.say(coded(Topic.STRANGER, f"orders from {stranger} are refused", source.system))
-        if not self._denials.allows(now_s):
-            return []
-        return self._parameters.deny(message) if message.get_type() == "PARAM_SET" else deny_command(message)
 
     def _flush(self) -> None:
         queue, self._queue = self._queue, []
