@@ -1,4 +1,4 @@
-"""The installed version of this program and of what it stands on."""
+"""The installed version of this program and of its libraries."""
 
 from importlib.metadata import PackageNotFoundError, version
 

@@ -11,14 +11,14 @@ NO_VALUES: Values = {}
 
 
 class Progress(Protocol):
-    """Takes the share that is done (0 to 1), what is done now in words, and the values so far if there are any."""
+    """Takes the share that is done (0 to 1), the present work in words, and the values so far if there are any."""
 
     def __call__(self, share: float, words: str, values: Values = NO_VALUES, /) -> None: ...
 
 
 @dataclass(frozen=True)
 class Step:
-    """Progress of a work: the share that is done (0 to 1), what it does now, the values so far.
+    """Progress of a work: the share that is done (0 to 1), the present work, the values so far.
 
     of: the method of an identification, or the name of the function. answered: the values are the final ones.
     """

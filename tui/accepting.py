@@ -186,7 +186,7 @@ def coefficients_of_hull(shape: Configuration) -> Collection[str]:
 def before_of(
     accepted: str | None, dive: Dive, file: VehicleFile, configuration: str, leave: Leave
 ) -> Before:
-    """The model that a dive is diagnosed against: the one that --accepted names, or else the set in force.
+    """The model that a dive is diagnosed against: that of --accepted, or else the set in force.
 
     That is told by the folder of receipts that --accepted names, RECEIPTS without it. Raises UsageError as
     `accepted_before` and `published` do.

@@ -66,5 +66,5 @@ def versions(runs: Path) -> list[str]:
 
 
 def truth_of(case: Case) -> Truth:
-    """The BlueROV2 of configs, in a stationary sea, with what a case plants."""
+    """The BlueROV2 of configs, in a stationary sea, with the effects of a case."""
     return replace(load_truth(load_vehicle(VEHICLE), "standard"), onset=dict(case.planted))

@@ -155,7 +155,7 @@ class Firmware:
         self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * link}") for link in range(2))
 
     def fly(self, script: Script) -> None:
-        """Run a script to its end; raises what it raises."""
+        """Run a script to its end; raises its exceptions."""
         self._ended.clear()
         self._script = script
         while not self._ended.wait(1.0):

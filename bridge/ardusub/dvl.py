@@ -16,7 +16,7 @@ WORST_SIGMA_M_S: Final = 0.4
 
 
 class VisionDeltas:
-    """Makes a delta of each locked reading and the one before it, by the velocity of the body's origin."""
+    """Makes a delta of each two successive locked readings, by the velocity of the body's origin."""
 
     def __init__(self) -> None:
         self._before_s = math.nan

@@ -20,7 +20,7 @@ HELD_WITHIN_M_S: Final = 0.5
 """A velocity further off the reference is not held: either it is wrong, or something else holds the vehicle."""
 AT_REST_M_S: Final = 0.01
 AT_REST_N: Final = 0.1
-"""With the stick and the reference at rest the hold remembers nothing: what it pushed against may be a snag."""
+"""With the stick and the reference at rest the hold remembers nothing: it may have pushed against a snag."""
 HELD: Final = (0, 1)
 
 

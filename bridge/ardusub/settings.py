@@ -45,7 +45,7 @@ class Settings(Questions):
         self._renew_s, self._turn = math.inf, 0
 
     def step(self, now_s: float) -> list[Any]:
-        """The question to send now: for what is not known yet, later for each again, but for SYSID_MYGCS."""
+        """The question to send now: for each unknown setting, later for each again, except SYSID_MYGCS."""
         if not self.complete:
             self._renew_s = now_s + RENEW_S
             return super().step(now_s)
@@ -79,7 +79,7 @@ class Settings(Questions):
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """Sentences for the crew on settings that do not fit the DVL, or that bend what a stick means."""
+        """Sentences for the crew on settings that do not fit the DVL, or that change the meaning of a stick."""
         if not self.complete:
             return ()
         said = [

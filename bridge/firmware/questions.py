@@ -1,4 +1,4 @@
-"""Reads an autopilot's parameters one by one.
+"""Reads an autopilot's parameters, each by a request of its own.
 
 ArduSub answers nothing at all for a name that it does not know; such a name counts as unknown after `UNKNOWN_AFTER`
 questions.

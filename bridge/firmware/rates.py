@@ -109,6 +109,6 @@ class Rates:
             self._renew_s = now_s + RENEW_S
 
     def begin_anew(self) -> None:
-        """Ask for everything again, but for what was denied."""
+        """Ask for everything again that was not denied."""
         self._left = [number for number in self._firmware.rates_hz if number not in self.denied]
         self._asked, self._due_s = None, -math.inf

@@ -63,7 +63,7 @@ class Sides:
             self._write(self._sides[number], data)
 
     def write_all(self, frames: Sequence[bytes], but: int = -1) -> None:
-        """Send frames on every link, `but` for the one of that number."""
+        """Send frames on every link except number `but`."""
         for data in _batches(frames):
             for number, side in enumerate(self._sides):
                 if number != but:

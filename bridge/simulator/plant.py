@@ -213,7 +213,7 @@ class Plant:
         self._steps_done = 0
 
     def _be(self, truth: Truth) -> None:
-        """Take on what is true of the vehicle itself."""
+        """Take over the true values of the vehicle itself."""
         planted = known_effects(truth.effects, self._configuration)
         if planted.faults:
             raise ConfigError(

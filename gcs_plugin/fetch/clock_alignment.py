@@ -47,7 +47,7 @@ class Kept:
 
 @dataclass(frozen=True)
 class Anchor:
-    """A frame that both recordings have: its index in the one, and how much later the other stamps it."""
+    """A frame that both recordings have: its index in the first, and how much later the second stamps it."""
 
     place: int
     ahead_us: int

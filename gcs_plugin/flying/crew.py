@@ -154,7 +154,7 @@ class Crew:
         return self._peers.fault()
 
     def step(self) -> None:
-        """Record, hear, and send what is due."""
+        """Record, hear, and send all that is due."""
         self._step()
         now_s = self.clock.boot_s()
         rates = [] if self._rates is None else self._rates.step(now_s, has_stream=True)

@@ -214,7 +214,7 @@ def _standing(receipts: Path, system: int | None) -> list[PastUpload]:
 
 
 def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
-    """The uploads among receipts in their order that no later one of them, a roll back, has undone."""
+    """The uploads among receipts, in their order, that no later roll back has undone."""
     standing: list[PastUpload] = []
     for kept in begun:
         if not kept.restores:

@@ -120,7 +120,7 @@ def hash_path(folder: Path) -> Path:
 
 
 def unsealed(folder: Path, published: str | None = None, key: Path | None = None) -> list[dict[str, Any]]:
-    """Truths of a sealed folder, after a check that the hash of its answers is the one that was `published`.
+    """Truths of a sealed folder, after a check that the hash of its answers is that `published`.
 
     Without `published`, the hash file next to the folder is used. key: the key file; by default the one next to the
     folder.

@@ -10,7 +10,7 @@ is the sum of the squared response over the spectrum of the readings without tha
 and mass and damping are separable at every frequency, being in quadrature. The trim force takes the mean. The
 coupling forces between axes count as known, and so do noise levels, whose information is independent.
 
-Where the vehicle file gives a hull quadratic drag beside the linear one, both are to be told: a change of log D2 gives
+If the vehicle file gives a hull linear and quadratic drag, both are to be known: a change of log D2 gives
 -D2 W / Z, with W the spectrum of |v| v, which resembles that of the linear drag so much that a dive at one speed leaves
 each of them several times as wide. There Z has the slope of the whole drag at the usual speed.
 

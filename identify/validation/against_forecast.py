@@ -141,7 +141,7 @@ def _by_recorder(dive: Dive) -> float | None:
 
 
 def is_next(dive: Dive, of: Foretelling) -> bool:
-    """Whether a dive was made after the one that was diagnosed, as far as is known."""
+    """Whether a dive was made after the diagnosed dive, as far as is known."""
     if dive.sha256 == of.sha256:
         return False
     begun = began(dive)

@@ -59,7 +59,7 @@ def changed(before: Line, after: Line) -> tuple[int, int]:
 
 
 def _cells(line: Line, count: int) -> list[Span]:
-    """The cells of a line one by one, padded with blanks to `count`."""
+    """The single cells of a line, padded with blanks to `count`."""
     cells: list[Span] = [(character, role) for text, role in line for character in text]
     return cells + [(" ", "plain")] * (count - len(cells))
 

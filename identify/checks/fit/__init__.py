@@ -1,4 +1,4 @@
-"""Doubts about a fit, by what it shows.
+"""Doubts about a fit, by subject.
 
 `hardly_this_vehicle` another vehicle, or axes that are mixed up · `loud_noise` of sensors · `unread_speeds` ·
 `thrust_timing` thrust at another time · `missing_forces` of the model.

@@ -41,7 +41,7 @@ THIRD_DIFFERENCE = 0.6745 * 20**0.5
 """Median size of white noise's third differences, over its standard deviation."""
 
 STEADY = 0.4
-"""Largest share of readings that repeat the one before, for white noise with a standard deviation of one step."""
+"""Largest share of readings that repeat their predecessor, for white noise with a standard deviation of one step."""
 
 AXES = {"velocity": DOFS[:3], "gyro": DOFS[3:]}
 """Signals whose axes are also checked individually."""
@@ -150,7 +150,7 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
 
 
 def _log_chance_by_noise(signal: Signal) -> float | None:
-    """Logarithm of the chance that a sample (n, 1) repeats the one before; None if its noise is below its step size."""
+    """Logarithm of the chance that a sample (n, 1) repeats its predecessor; None if its noise is below its step size."""
     value = signal.value[:, 0]
     steps = np.abs(np.diff(value))
     moved = steps[steps > 0]
@@ -195,7 +195,7 @@ def _is_unlikely(count: int, log_chance: float, samples: int) -> bool:
 
 
 def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None:
-    """Logarithm of the chance that a sample repeats the one before, outside the long runs; None without visible noise.
+    """Logarithm of the chance that a sample repeats its predecessor, outside the long runs; None without visible noise.
 
     Noise makes third differences larger than first differences, motion makes them smaller. Never below `least`.
     """

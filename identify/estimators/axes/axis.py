@@ -71,7 +71,7 @@ class Axis(Events):
 
     @cached_property
     def coupled_dofs(self) -> frozenset[int]:
-        """Degrees of freedom whose masses act in this one by Coriolis forces."""
+        """Degrees of freedom whose masses act here by Coriolis forces."""
         return frozenset(np.flatnonzero(self.coriolis.any(axis=0)).tolist())
 
     @cached_property

@@ -109,7 +109,7 @@ class Screen:
 
     @cached_property
     def _products(self) -> tuple[Array, Array]:
-        """Pseudo-inverse (p, p) of the products of what is chosen, and its products (p,) with the innovations."""
+        """Pseudo-inverse (p, p) of the products of `chosen`, and its products (p,) with the innovations."""
         products: Array = np.asarray(self.chosen.T @ self.chosen)
         return np.asarray(np.linalg.pinv(products, TOO_ALIKE, True)), np.asarray(self.chosen.T @ self.white)
 

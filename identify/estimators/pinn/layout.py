@@ -158,7 +158,7 @@ class Layout:
 
 
 def lay_out(dive: Dive, file: VehicleFile, configuration_name: str, built: Axes, step_s: float) -> Layout:
-    """Return the layout of the readings of a dive's axes, of which there is at least one."""
+    """Return the layout of the readings of a dive's axes, at least one."""
     axes = built.axes
     time_s = instants(axes, step_s)
     start_s, end_s = time_s[:-1], time_s[1:]
