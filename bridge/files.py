@@ -22,8 +22,13 @@ LARGE: Final = (errno.EFBIG, f"more than the {MOST_SMALL_BYTES // 1_000_000} MB 
 
 
 def state_folder() -> Path:
-    """The user's folder for what programs keep between their runs, in which ours have one of their own."""
+    """The folder, under the user's home, of all that is kept between two runs."""
     return Path(os.environ.get("XDG_STATE_HOME") or Path.home() / ".local" / "state") / "seatrial"
+
+
+def settings_folder() -> Path:
+    """The folder, under the user's home, of settings that the user writes."""
+    return Path(os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config") / "seatrial"
 
 
 def size_to_read(path: Path) -> int | None:

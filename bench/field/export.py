@@ -13,9 +13,11 @@ from bench.field.dive import EACH, STEP_S
 from bench.field.mission import TICK_S
 from bench.field.simulate import Flown, Sensors
 from bridge.arrays import Array
+from bridge.attitude import down_in_body
 from bridge.vehicle.config import GRAVITY_M_S2, Water
 from bridge.wire.framing import Encoder
 from identify.challenge.dive import pulse
+from identify.ingest.rotation import euler_angles
 
 UNIX_US = 1_760_000_000_000_000
 BOOT_S = 47
@@ -69,22 +71,9 @@ class MessageContents:
     sticks: Array
 
 
-def euler(state: Array) -> Array:
-    """Roll, pitch, yaw (n, 3) of states (n, STATES)."""
-    w, x, y, z = state[:, 3:7].T
-    return np.column_stack(
-        [
-            np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-            np.arcsin(np.clip(2 * (w * y - x * z), -1.0, 1.0)),
-            np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)),
-        ]
-    )
-
-
 def down(state: Array) -> Array:
     """The unit vector down (n, 3), in body axes."""
-    w, x, y, z = state[:, 3:7].T
-    return np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    return np.column_stack(down_in_body(state[:, 3:7].T))
 
 
 def telemetry_of(
@@ -97,7 +86,7 @@ def telemetry_of(
     """Contents of a dive's messages. The reported attitude and depth are the readings that the autopilot flew by."""
     ticks, noise = flown.ticks, flown.noise
     nu = ticks.state[:, 7:13]
-    attitude = np.column_stack([euler(ticks.state), nu[:, 3:]]) + noise[:, :6]
+    attitude = np.column_stack([*euler_angles(ticks.state[:, 3:7]), nu[:, 3:]]) + noise[:, :6]
     force = ticks.nu_dot[:, :3] + np.cross(nu[:, 3:], nu[:, :3]) - GRAVITY_M_S2 * down(ticks.state)
     gyro = nu[:, 3:] + noise[:, 3:6]
     velocity = estimated(ticks.moving, STEP_S, EACH * SLOW, velocity_filter, rng)

@@ -6,7 +6,6 @@ of ArduSub): they are shown, and not interpreted.
 """
 
 import math
-import os
 from collections import deque
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +14,7 @@ from typing import Final
 
 from bridge import schema
 from bridge.errors import ConfigError
+from bridge.files import settings_folder
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
@@ -83,8 +83,7 @@ class Settings:
 
 def user_file() -> Path:
     """Path of the crew's own settings, which may not exist."""
-    home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
-    return Path(home) / "seatrial" / "alarms.yaml"
+    return settings_folder() / "alarms.yaml"
 
 
 def load_settings(file: Path | None = None) -> Settings:

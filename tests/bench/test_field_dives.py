@@ -14,7 +14,7 @@ from bench.field import section
 from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
 from bench.field.dive import STEP_S
 from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
-from bench.field.export import STATION, euler, positions, telemetry_of, tlog_of
+from bench.field.export import STATION, positions, telemetry_of, tlog_of
 from bench.field.planted_effects import PLANTS
 from bench.field.regressions import ForecastRow, drifts_of
 from bench.field.score import delays_s, false_causes, judged, magnitudes, rate_also, rate_named
@@ -22,6 +22,7 @@ from bench.field.simulate import Sensors
 from bench.field.vehicle import draw_vehicle
 from bridge.vehicle.config import GRAVITY_M_S2, Water, load_vehicle
 from identify.ingest.open import read_dive
+from identify.ingest.rotation import euler_angles
 
 QUIET = Sensors(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 16.0, 0.02, 0.0)
 HONEST = VelocityFilter(0.0, 0.0, 0.0, 1.0)
@@ -63,7 +64,9 @@ def test_without_noise_the_messages_hold_the_dive_as_it_was():
     read = np.array(
         [[m.roll, m.pitch, m.yaw, m.rollspeed, m.pitchspeed, m.yawspeed] for m in attitude], np.float32
     )
-    assert np.array_equal(read, np.column_stack([euler(ticks.state), nu[:, 3:]]).astype(np.float32))
+    assert np.array_equal(
+        read, np.column_stack([*euler_angles(ticks.state[:, 3:7]), nu[:, 3:]]).astype(np.float32)
+    )
     k = ticks.pwm.shape[1]
     servo = [m for _, m in by_type["SERVO_OUTPUT_RAW"]]
     assert np.array_equal([[getattr(m, f"servo{i + 1}_raw") for i in range(k)] for m in servo], ticks.pwm)

@@ -5,7 +5,6 @@ those that the table marks as looking: a new action is refused there until someb
 """
 
 import difflib
-import os
 import unicodedata
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from textual.keys import KEY_NAME_REPLACEMENTS, Keys
 
 from bridge import exit_codes
 from bridge.errors import ConfigError
+from bridge.files import settings_folder
 from bridge.reports import Report
 from bridge.schema import load_yaml
 from tui.app.jobs import Done, work
@@ -193,9 +193,8 @@ Places = Sequence[Sequence[Action]]
 
 
 def user_file() -> Path:
-    """Path of the user's own keymap, which may not exist; the folder follows the XDG base directory specification."""
-    home = os.environ.get("XDG_CONFIG_HOME") or Path.home() / ".config"
-    return Path(home) / "seatrial" / "keymap.yaml"
+    """Path of the user's own keymap, which may not exist."""
+    return settings_folder() / "keymap.yaml"
 
 
 def load_keymap(file: Path | None, places: Places) -> Keymap:

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.attitude import down_in_body
 from bridge.vehicle.coefficients import HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.dynamics import restoring
@@ -200,7 +201,7 @@ def tumbles(dive: Dive) -> bool:
     is the integral of a rate of turn."""
     if dive.attitude is None or not len(dive.attitude):
         return False
-    return bool(np.count_nonzero(down_axis(dive.attitude.value)[2] < TILTED) >= OFTEN)
+    return bool(np.count_nonzero(down_in_body(dive.attitude.value.T)[2] < TILTED) >= OFTEN)
 
 
 def turned_by(attitude: Signal) -> Signal:
@@ -287,7 +288,7 @@ def poses_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | No
             poses[HEAVE] = depth, still
     else:
         u, v, w, _, q, r = motion.nu.T
-        down_x, down_y, down_z = down_axis(attitude)
+        down_x, down_y, down_z = down_in_body(attitude.T)
         if depth is not None:
             poses[HEAVE] = depth, down_x * u + down_y * v + (down_z - 1.0) * w
         roll, pitch, _ = euler_angles(attitude)
@@ -304,12 +305,6 @@ def poses_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | No
         at = np.interp(read.time_s, motion.time_s, carried)
         out[dof] = Pose(Signal(read.time_s, read.value - at[:, None]), carried)
     return out
-
-
-def down_axis(attitude: Array) -> tuple[Array, Array, Array]:
-    """The earth's down axis in body axes, from attitudes (n, 4)."""
-    w, x, y, z = attitude.T
-    return 2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)
 
 
 def restoring_force(
