@@ -96,7 +96,7 @@ class Mixer:
         return self._curve.thrust(NEUTRAL_US + SPAN_US * np.clip(outputs, -1.0, 1.0))
 
     def whole_wrench(self, inputs: Array, down: float) -> Array:
-        """Wrench (6,), N and N m, of the mixer's inputs (3,) and of the input downwards: all that the sticks ask for."""
+        """Wrench (6,), N and N m, of the mixer's inputs (3,) and of the input down: all that sticks ask for."""
         thrusts = np.zeros(len(self._driven))
         thrusts[self._driven] = self._thrusts(inputs)
         thrusts[~self._driven] = self._curve.thrust(

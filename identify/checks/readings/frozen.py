@@ -150,7 +150,7 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
 
 
 def _log_chance_by_noise(signal: Signal) -> float | None:
-    """Logarithm of the chance that a sample (n, 1) repeats its predecessor; None if its noise is below its step size."""
+    """Logarithm of the chance that a sample (n, 1) repeats its predecessor; None for noise below its step size."""
     value = signal.value[:, 0]
     steps = np.abs(np.diff(value))
     moved = steps[steps > 0]
