@@ -138,7 +138,7 @@ def to_csv(columns: Sequence[str], rows: Sequence[Sequence[Cell]]) -> str:
 
 
 def _column(head: str, cells: Sequence[Cell]) -> list[tuple[str, ...]]:
-    """The columns of a table's column, each with its head; a single column of text if it holds any words."""
+    """The CSV's columns of a column of cells, each with its head; a single column of text if it holds any words."""
     quantities = [cell for cell in cells if isinstance(cell, Quantity)]
     forms = {quantity.form for quantity in quantities}
     if len(forms) != 1 or any(cell not in NONE for cell in cells if not isinstance(cell, Quantity)):
