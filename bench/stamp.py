@@ -56,6 +56,7 @@ LEARNT = (
     "identify/checks",
     "identify/estimators",
     "identify/ingest",
+    "identify/thrust",
 )
 BASELINES = (
     "bench/baselines",
@@ -72,6 +73,7 @@ BASELINES = (
     "identify/estimators/refusals.py",
     "identify/estimators/table.py",
     "identify/ingest",
+    "identify/thrust",
 )
 """Code behind the paper's campaigns, the drawn missions, the product's answers and those of the baselines."""
 

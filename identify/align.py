@@ -13,8 +13,8 @@ from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.config import Vehicle, VehicleFile
 from identify.dive import Dive
-from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
+from identify.thrust.wrench import wrench
 
 ORDER = 4
 SHORTEST_S = 20.0

@@ -184,7 +184,7 @@ def switched() -> Any:
 
     from bridge.clock import SimulatedClock
     from bridge.vehicle.mode import Mode
-    from gcs_plugin.feedforward import Switch
+    from gcs_plugin.feedforward.switch import Switch
 
     outcomes = []
     for mode, stuck in ((Mode.OFF, False), (Mode.OFF, True), (Mode.BOTH, False)):

@@ -22,7 +22,7 @@ from gcs_plugin.dives.recordings import GLANCE, began, order, recordings
 from gcs_plugin.locks import is_being_written
 from identify.axis_span import Span
 from identify.dive import Dive, Kind
-from identify.excitation import excitation, spans
+from identify.estimators.excitation import excitation, spans
 from identify.ingest.mavlink.message_loss import Loss, loss_of
 from identify.ingest.open import date_of, read_dive, recording_files
 from identify.run.recordings import stray_bytes

@@ -20,8 +20,8 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.dynamics import acceleration, restoring
 from identify.dive import Dive
 from identify.estimators.table import METHODS as PRODUCT
-from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
+from identify.thrust.wrench import wrench
 
 STEP_S = 0.02
 WINDOW_S = 10.0

@@ -11,8 +11,8 @@ from bench.accuracy.trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, av
 from bench.remembered import Remembered
 from bench.words import in_a_word, paragraph, table
 from bridge.vehicle.coefficients import COEFFICIENTS
-from identify.comparison import LEAST_DIFFERENCE
-from identify.comparison import apart as beyond_intervals
+from identify.estimators.comparison import LEAST_DIFFERENCE
+from identify.estimators.comparison import apart as beyond_intervals
 from identify.estimators.table import SIDE_BY_SIDE
 
 JUDGED = ("likelihood", "pinn")

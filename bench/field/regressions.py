@@ -21,9 +21,9 @@ from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.dynamics import restoring
 from identify.align import AlignedDive, aligned
 from identify.dive import Dive
-from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at
+from identify.thrust.wrench import wrench
 
 NAMES = (
     "`seatrial diagnose`, with its causes",

@@ -29,7 +29,7 @@ from bridge.errors import LinkTimeout
 from bridge.links.open import open_link
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.recording.state import held
 from gcs_plugin.watch.watcher import Watcher
 from tui.app import recorder

@@ -13,7 +13,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.report import cells
 from identify.report.page import Section, Table
-from identify.tracking import AxisErrors, tracking_errors
+from identify.validation.tracking import AxisErrors, tracking_errors
 from identify.words import MISSING, fixed, significant, unit, with_interval
 
 APART_STEADY, APART_TURNING = "mean |PID − feed-forward|, steady", "mean |PID − feed-forward|, on the ramp"

@@ -16,7 +16,7 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.align import AlignedDive
 from identify.dive import Dive, Signal
-from identify.tracking import phases
+from identify.validation.tracking import phases
 
 HEADING_COLUMN = 12
 SLOW = 1e-3

@@ -22,7 +22,7 @@ from bench.reproduce.published import PARAMETERS, SOURCE, TABLE_5
 from bench.reproduce.run import Reproduction
 from bridge.vehicle.coefficients import BY_NAME
 from identify.report.page import Report, Section, Table
-from identify.tracking import compare
+from identify.validation.tracking import compare
 from identify.words import fixed
 
 LABELS = tuple(

@@ -19,7 +19,7 @@ from identify.report import cells
 from identify.report.cells import Cell
 from identify.report.figures import track
 from identify.report.page import Figure, Section, Table
-from identify.tracking import METHOD, compare
+from identify.validation.tracking import METHOD, compare
 from identify.words import MISSING, count, fixed, seconds, unit
 
 OVERSHOOT = (

@@ -28,7 +28,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.controller import GAINS
 from bridge.vehicle.mode import Mode
 from identify.estimators.table import DEFAULT
-from identify.tracking import phases
+from identify.validation.tracking import phases
 
 SOURCES = (
     *SIMULATED,
@@ -36,7 +36,7 @@ SOURCES = (
     "bench/accuracy/answers.py",
     "bench/campaigns.py",
     "bench/tracking/ladder.py",
-    "identify/tracking.py",
+    "identify/validation/tracking.py",
 )
 CONFIGURATION, MISSION = "hovering", "validation"
 AXES = {"surge": 0, "sway": 1}

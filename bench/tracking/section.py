@@ -21,7 +21,7 @@ from bridge.simulator.missions import mission_named
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
-from identify.tracking import PHASES, tracking_errors
+from identify.validation.tracking import PHASES, tracking_errors
 
 SOURCES = (
     *SIMULATED,

@@ -20,7 +20,7 @@ from bridge.clock import SystemClock
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.wire.tlog import read_tlog
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding, held
 from gcs_plugin.watch.watcher import Watcher

@@ -9,10 +9,10 @@ from bridge.errors import ParamRejected
 from bridge.vehicle.mode import BY_WORD, Mode
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
-from gcs_plugin.feedforward import Switch, caution
+from gcs_plugin.feedforward.off_orders import OffMarks, OffOrders
+from gcs_plugin.feedforward.switch import Switch, caution
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.parameters import ARMED, SHOW_EVERY_S
-from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.session import News
 from gcs_plugin.params.transfer import Source
 

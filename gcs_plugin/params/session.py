@@ -25,7 +25,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified, SeatrialError
 from bridge.wire.framing import Frame, decode
-from gcs_plugin.off_orders import OffOrders
+from gcs_plugin.feedforward.off_orders import OffOrders
 from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, obstacle
 from gcs_plugin.params.receipt import Newest, Receipt, Turn, begin, finish

@@ -64,6 +64,7 @@ ANSWERING = (
     "identify/run/__init__.py",
     "identify/run/diagnose.py",
     "identify/run/identify.py",
+    "identify/thrust/*.py",
 )
 """Files that an identification or a diagnosis runs through: if their code changes, the answer may change."""
 

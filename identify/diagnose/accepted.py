@@ -39,9 +39,9 @@ from identify.diagnose.words.causes import effect_words, name_of, percent_bounde
 from identify.doubt import Culprit, Doubt
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
+from identify.estimators.identifiability import is_too_heavy, is_too_light
 from identify.estimators.likelihood.axis import MASS
 from identify.estimators.missing_forces.drag_and_timing import Multiplier, doubts_of, timing_of
-from identify.identifiability import is_too_heavy, is_too_light
 from identify.statistics import Z95
 from identify.words import capital, listed
 

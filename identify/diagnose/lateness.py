@@ -20,9 +20,9 @@ from identify.diagnose.result import Finding, Value
 from identify.dive import Dive, Signal
 from identify.estimators.missing_forces.drag_and_timing import doubts_of
 from identify.estimators.timing.thrust_delay import likeliest_delay
-from identify.forces import wrench
 from identify.ingest.commands import commands_of_unknown_loop, holding_variance_s2, sampled_slowly
 from identify.statistics import Z95, birge_mean
+from identify.thrust.wrench import wrench
 
 LEAST_GAIN, LEAST_OF_EACH = 7.0, 0.1
 """Nats by which commands must be likelier to be samples; and for each command, by which they must be likelier to hold.

@@ -31,12 +31,12 @@ from identify.diagnose.gap.missing import PUSHED, disturbance_of, drowned
 from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
+from identify.estimators.identifiability import MOST_ADDED
 from identify.estimators.refusals import refuse_unmoved, refuse_unpushed, solvable
 from identify.estimators.timing.thrust_delay import coarse_delay_of_all_s, coarse_delay_s
-from identify.forces import tells_thrusters, wrench
-from identify.identifiability import MOST_ADDED
 from identify.ingest.commands import sampled_seldom
 from identify.statistics import Z95
+from identify.thrust.wrench import tells_thrusters, wrench
 from identify.words import listed, significant
 
 LEAST_S = LEAST_CHECK_S = 20.0

@@ -24,6 +24,7 @@ from identify.checks.fit.unread_speeds import unread_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, worst
 from identify.estimators.axes.axis import Axes
+from identify.estimators.identifiability import with_bounds, with_drag_forces, with_identifiability
 from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
 from identify.estimators.missing_forces.drag_and_timing import (
@@ -34,7 +35,6 @@ from identify.estimators.missing_forces.drag_and_timing import (
     timing_of,
 )
 from identify.estimators.missing_forces.screening import lacks_of, widened
-from identify.identifiability import with_bounds, with_drag_forces, with_identifiability
 from identify.identification import (
     LARGEST_RELATIVE_STD,
     Estimate,

@@ -11,10 +11,10 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.forces import wrench
 from identify.identification import Identification
+from identify.thrust.wrench import wrench
+from identify.thrust.wrench_history import WrenchHistory
 from identify.words import axes_named
-from identify.wrench_history import WrenchHistory
 
 SHORTEST_DIVE_S = 20.0
 

@@ -1,7 +1,7 @@
 """Handles thruster commands that are not a number in the recording, so that the thruster's action is unknown.
 
 For up to HELD_S the last known command is assumed to hold. If the command is unknown for longer, TAU_CMD replaces the
-thrust (see `identify.forces`). Without TAU_CMD the force on the vehicle is unknown, and only the longest part of the
+thrust (see `identify.thrust`). Without TAU_CMD the force on the vehicle is unknown, and only the longest part of the
 dive in which all commands are known is used.
 
 The way of logging decides what is known between two messages. If commands are logged as they change, each holds until

@@ -19,8 +19,8 @@ from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.dive import Dive
-from identify.forces import asked_thrusts
 from identify.ingest.rotation import euler_angles
+from identify.thrust.wrench import asked_thrusts
 
 SETTLED_S: Final = 3.0
 """A small hull has settled to its speed and its lean so long after the push began."""

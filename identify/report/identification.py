@@ -11,9 +11,9 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration, Water
 from bridge.vehicle.mode import word_of
-from identify.comparison import Comparison, further_remarks
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
+from identify.estimators.comparison import Comparison, further_remarks
 from identify.gnss_fixes import check_fixes
 from identify.identification import Estimate, Identification, added_mass, estimate
 from identify.report import cells, figures, tables

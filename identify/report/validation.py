@@ -22,7 +22,9 @@ from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
 from identify.report.traces import MODES, Traces
 from identify.run.validate import Run, Validation, verdict
-from identify.tracking import (
+from identify.validation.against_forecast import verdict_of
+from identify.validation.raising import MARKS, Raising
+from identify.validation.tracking import (
     AXES,
     CUTOFF_HZ,
     LEAST_SPEED,
@@ -35,8 +37,6 @@ from identify.tracking import (
     measured_speed,
     whole_rows,
 )
-from identify.validation.against_forecast import verdict_of
-from identify.validation.raising import MARKS, Raising
 from identify.words import MISSING, fixed
 
 TITLES = {

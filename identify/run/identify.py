@@ -15,9 +15,9 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify.checks.actuation.motors import miswired_doubts
-from identify.comparison import Comparison, compare, doubted
 from identify.dive import Dive
 from identify.doubt import Outcome
+from identify.estimators.comparison import Comparison, compare, doubted
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
 from identify.identification import Identification, added_mass, estimate
 from identify.progress import NO_VALUES, Step, Steps, Values, ignore_step

@@ -22,10 +22,10 @@ from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Note, Run, Signal
 from identify.estimators.mass_by_run import FEWEST_RUNS, split
 from identify.estimators.refusals import refuse_unpushed
-from identify.forces import wrench
 from identify.ingest.files.streams import some_of
 from identify.run.recordings import Reading
 from identify.statistics import left_of
+from identify.thrust.wrench import wrench
 from identify.words import listed, significant
 
 APART_S: Final = 3.0

@@ -12,11 +12,10 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.forecast import Credit
 from bridge.vehicle.mode import Mode
-from identify import tracking
 from identify.dive import Dive
-from identify.given_thrust import given_thrust, pushes
-from identify.thruster_allocation import allocated_gains
-from identify.tracking import AXES, Row, TrackingErrors, tracking_errors
+from identify.thrust.given_thrust import given_thrust, pushes
+from identify.thrust.thruster_allocation import allocated_gains
+from identify.validation import tracking
 from identify.validation.against_forecast import (
     Foretellings,
     Held,
@@ -29,6 +28,7 @@ from identify.validation.against_forecast import (
     verdict_of,
 )
 from identify.validation.raising import Raising, go_no_go, in_one_mode
+from identify.validation.tracking import AXES, Row, TrackingErrors, tracking_errors
 from identify.validation.tracking_curves import followed
 from identify.words import fixed, speed
 

@@ -17,9 +17,9 @@ from identify.checks.actuation.thrust_response import PUSHED, mirrored, mounting
 from identify.checks.readings.missing_signals import never_armed
 from identify.estimators.axes.build import build_axes
 from identify.estimators.filter.state import POSITION
-from identify.forces import wrench
 from identify.ingest.mavlink.autopilot_parameters import autopilot_parameters
 from identify.ingest.open import read_dive
+from identify.thrust.wrench import wrench
 from identify.words import listed
 
 

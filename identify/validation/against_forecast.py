@@ -11,11 +11,11 @@ from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.forecast import TWICE, Credit, ForecastRow
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive
-from identify.given_thrust import Given
+from identify.thrust.given_thrust import Given
 from identify.words import fixed, speed
 
 if TYPE_CHECKING:
-    from identify.tracking import WholeError  # loads scipy.optimize
+    from identify.validation.tracking import WholeError  # loads scipy.optimize
 
 THIRD: Final = 4 / 3
 """An error up to this multiple of the foretold one is as foretold: another sea does as much."""

@@ -11,7 +11,14 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from identify.align import AlignedDive, low_pass
 from identify.dive import Dive
-from identify.tracking import CUTOFF_HZ, LEAST_SLOPE, SHORTEST_RUN_S, Phases, phases, tracking_errors
+from identify.validation.tracking import (
+    CUTOFF_HZ,
+    LEAST_SLOPE,
+    SHORTEST_RUN_S,
+    Phases,
+    phases,
+    tracking_errors,
+)
 
 OF_THE_TIME: Final = 0.99
 RATE_HZ: Final = 10.0

@@ -2,7 +2,7 @@
 
 The twin is the simulated vehicle without bytes (`bridge.simulator.direct`): the model that was accepted, with its
 effects and the disturbance of the fit, under the vehicle's own controller. It flies the reference that the dive
-recorded, and its error is measured as the dive's is (`identify.tracking.WholeError`). First it flies the dive as it
+recorded, and its error is measured as the dive's is (`tracking.WholeError`). First it flies the dive as it
 was, in its mode and with the same coefficients: an axis in which it errs otherwise than the dive did by more than a
 third is not foretold. Then it flies with the accepted values, by the feed-forward alone and with both.
 """
@@ -27,10 +27,10 @@ from bridge.vehicle.references import Reference, Six
 from identify.diagnose.result import Accepted, Hull
 from identify.dive import Dive, Signal
 from identify.effects.library import not_simulated
-from identify.thruster_allocation import allocated_gains
-from identify.tracking import LEAST_SPEED, SETTLED_S, WholeError, whole_errors
+from identify.thrust.thruster_allocation import allocated_gains
 from identify.validation.against_forecast import SMALL, is_alike, rows_words
 from identify.validation.raising import in_one_mode
+from identify.validation.tracking import LEAST_SPEED, SETTLED_S, WholeError, whole_errors
 from identify.words import listed, speed
 
 LONG_S, MOST_SEAS = 300.0, 3

@@ -55,9 +55,9 @@ from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.align import aligned
 from identify.dive import Dive
-from identify.tracking import CUTOFF_HZ, SHORTEST_RUN_S, WholeError, whole_errors
 from identify.validation.against_forecast import MOST_OF_REST, Held, MadeUp, sea_of
 from identify.validation.axis_criteria import OF_THE_TIME, RATE_HZ, Criterion, of_axis
+from identify.validation.tracking import CUTOFF_HZ, SHORTEST_RUN_S, WholeError, whole_errors
 from identify.words import capital, listed, speed
 
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}

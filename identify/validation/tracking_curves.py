@@ -10,7 +10,7 @@ import numpy as np
 from bridge.arrays import Array, Vector3
 from bridge.vehicle.coefficients import DOFS
 from identify.dive import Dive, Signal
-from identify.tracking import AXES, LEAST_SPEED, measured_speed
+from identify.validation.tracking import AXES, LEAST_SPEED, measured_speed
 
 CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")
 WRENCH_UNITS: Final = {"m/s": "N", "rad/s": "N m"}

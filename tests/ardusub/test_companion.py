@@ -14,7 +14,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.peers import KnownVehicle, Peers
 
 WAIT_S = 20.0

@@ -15,7 +15,7 @@ from bridge.ardusub.companion import ANOTHER, APPLET, NO_ARDUSUB
 from bridge.onboard import program
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.switch import Switch
 
 WAIT_S = 25.0
 SHAPE = FILE.vehicle.configurations["standard"]

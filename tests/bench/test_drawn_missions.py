@@ -15,7 +15,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.dynamics import acceleration, restoring
 from identify.checks.actuation.controller import feedback_doubts
 from identify.dive import Dive, Signal
-from identify.forces import wrench
+from identify.thrust.wrench import wrench
 
 SEEDS = range(100_000, 100_024)
 

@@ -15,7 +15,7 @@ from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, Event, new_folder
-from identify.excitation import Span
+from identify.estimators.excitation import Span
 from identify.ingest.open import read_dive
 from tui import cli, dive_reading
 from tui.dive_list import GLANCE, Glance, letters, short_name

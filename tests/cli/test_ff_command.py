@@ -11,7 +11,7 @@ from parameter_vehicle import put_at_any_link
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
-from gcs_plugin.off_orders import OffMarks
+from gcs_plugin.feedforward.off_orders import OffMarks
 from gcs_plugin.recording.state import HeardVehicle, write_holding
 from tui import cli
 

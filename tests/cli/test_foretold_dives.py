@@ -18,8 +18,8 @@ from gcs_plugin.params.receipt import Line, Receipt
 from gcs_plugin.params.sidecar import Sidecar, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 from identify.dive import Dive, Signal
-from identify.tracking import TrackingErrors, WholeError
 from identify.validation.against_forecast import began
+from identify.validation.tracking import TrackingErrors, WholeError
 from tui.commands.validate import foretellings, whole_table
 
 FILE = load_vehicle("ruvifist")

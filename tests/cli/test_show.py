@@ -17,12 +17,12 @@ from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
 from gcs_plugin.recording.recorder import DiveCounts
 from identify.checks.fit.missing_forces import too_little
-from identify.comparison import compare
 from identify.dive import Dive
 from identify.doubt import Outcome
+from identify.estimators.comparison import compare
 from identify.identification import Identification, Partner, added_mass, estimate
 from identify.progress import Step
-from identify.tracking import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
+from identify.validation.tracking import PHASES, AxisErrors, Row, SteadyError, TrackingErrors
 from tui import show
 from tui.commands import demo, identify, validate
 from tui.commands.record import RecordedDive

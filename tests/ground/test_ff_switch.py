@@ -8,7 +8,7 @@ from fakes.vehicle import SMALL, FakeVehicle, QuietLink
 
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Peers
 
 STEP_S = 0.02

@@ -12,10 +12,10 @@ from bridge.clock import SimulatedClock
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.off_orders import OffMarks, OffOrders
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.switching import Switching
-from gcs_plugin.off_orders import OffMarks, OffOrders
 from gcs_plugin.params.plan import not_raised
 from gcs_plugin.peers import GROUND_STATION
 

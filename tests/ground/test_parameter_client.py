@@ -10,8 +10,8 @@ from bridge.errors import LinkError, LinkTimeout, ParamRejected, ParamUnverified
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import set_crc
 from bridge.wire.framing import Encoder
-from gcs_plugin.feedforward import Switch
-from gcs_plugin.off_orders import OffMarks
+from gcs_plugin.feedforward.off_orders import OffMarks
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.plan import make_plan

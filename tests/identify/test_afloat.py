@@ -14,7 +14,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.axes.afloat import under_water
 from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood.answer import estimate
-from identify.forces import wrench
+from identify.thrust.wrench import wrench
 
 FILE = load_vehicle("bluerov2")
 SHAPE = FILE.vehicle.configurations["standard"]

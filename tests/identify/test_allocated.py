@@ -12,7 +12,7 @@ from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.thrusters import Allocator, Pulses, thrust_curve
 from identify.dive import Dive, Signal
-from identify.thruster_allocation import allocated_gains
+from identify.thrust.thruster_allocation import allocated_gains
 
 FILE = load_vehicle("ruvifist:hovering")
 SHAPE = FILE.vehicle.configurations["hovering"]

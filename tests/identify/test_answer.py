@@ -15,8 +15,8 @@ from gcs_plugin.mavproxy.work import identified_lines
 from identify.dive import Signal
 from identify.doubt import Doubt, Outcome
 from identify.estimators.answer import answered
+from identify.estimators.identifiability import null_directions, partners_of
 from identify.estimators.table import estimator
-from identify.identifiability import null_directions, partners_of
 from identify.identification import Information, outcome_of
 
 SURGE = {"M_u": 100.0, "D_u": 50.0}

@@ -20,10 +20,10 @@ from identify.estimators.timing.autopilot_velocity import (
     dated_back,
 )
 from identify.estimators.timing.lateness import FilteredForce, behind_filter, means_behind_filter, timing_of
-from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import quaternions_from_euler, to_body
-from identify.pwm_rounding import unrounded, unrounded_thrusts
+from identify.thrust.pwm_rounding import unrounded, unrounded_thrusts
+from identify.thrust.wrench import wrench
 
 STEP_S = 0.01
 TIME_S = STEP_S * np.arange(2000)

@@ -31,10 +31,10 @@ from identify.estimators.axes import events
 from identify.estimators.axes.build import build_axes
 from identify.estimators.axes.motion import Motion
 from identify.estimators.axes.readings import PITCH, ROLL, at_origin, averaged, poses_of
-from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import attitude_at, quaternions_from_euler
-from identify.wrench_history import halfway_between
+from identify.thrust.wrench import wrench
+from identify.thrust.wrench_history import halfway_between
 
 TIME_S = np.arange(0.0, 40.0, 0.02)
 LEVER_M = (0.1, 0.3, -0.2)

@@ -10,8 +10,8 @@ from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
 from identify.diagnose.filters.slow_samples import with_later_commands
 from identify.dive import Dive, Signal
-from identify.forces import asked_thrusts, tells_thrusters, wrench
 from identify.ingest.open import read_dive
+from identify.thrust.wrench import asked_thrusts, tells_thrusters, wrench
 
 AHEAD = Thruster((1.0, 0.0, 0.0), (0.0, 0.2, 0.0))
 UP = Thruster((0.0, 0.0, -1.0), (0.0, 0.0, 0.0))

@@ -13,10 +13,10 @@ import pytest
 from bridge.errors import FitError
 from bridge.plain import plain
 from bridge.vehicle.config import load_vehicle
-from identify.comparison import compare, doubted
 from identify.dive import Dive
 from identify.doubt import Doubt, Outcome
 from identify.estimators.axes.build import build_axes
+from identify.estimators.comparison import compare, doubted
 from identify.estimators.filter import information
 from identify.estimators.likelihood.fit import rough_fit
 from identify.identification import Partner

@@ -13,9 +13,9 @@ from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
 from identify.dive import Dive, Signal
+from identify.estimators.excitation import excitation, spans
 from identify.estimators.refusals import common_s, lasting, long_enough, too_short
 from identify.estimators.table import METHODS, estimator
-from identify.excitation import excitation, spans
 from identify.statistics import Z95
 
 FILE = closed_loop.vehicle_file()

@@ -10,8 +10,7 @@ import pytest
 from bridge.vehicle.forecast import Credit, ForecastRow
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.given_thrust import Given
-from identify.tracking import WholeError
+from identify.thrust.given_thrust import Given
 from identify.validation.against_forecast import (
     Foretelling,
     MadeUp,
@@ -23,6 +22,7 @@ from identify.validation.against_forecast import (
     to_make_up,
     verdict_of,
 )
+from identify.validation.tracking import WholeError
 
 SURGE = ForecastRow("surge", "m/s", "both", "both", 0.0133, 0.0060, 0.18)
 YAW = ForecastRow("yaw", "rad/s", "both", "ff", math.radians(1.08), math.radians(0.17), 0.07)

@@ -8,7 +8,7 @@ from test_forecast import FED, FILE, dived, weak
 
 from bridge.vehicle.mode import Mode
 from identify.dive import Signal
-from identify.given_thrust import given_thrust, pushes
+from identify.thrust.given_thrust import given_thrust, pushes
 
 
 @pytest.mark.parametrize(("gain", "mode"), [(0.6, Mode.SHADOW), (0.8, Mode.BOTH), (1.0, Mode.SHADOW)])

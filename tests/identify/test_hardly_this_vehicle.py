@@ -18,9 +18,9 @@ from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered
 from identify.estimators.axes.build import build_axes
+from identify.estimators.identifiability import with_bounds
 from identify.estimators.likelihood.fit import fit_axes
 from identify.estimators.table import estimator
-from identify.identifiability import with_bounds
 
 SEED = 100_011
 

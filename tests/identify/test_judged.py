@@ -20,7 +20,6 @@ from identify.estimators.axes.build import build_axes
 from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.start import start_of
-from identify.forces import wrench
 from identify.ingest.commands import (
     logged_at_changes,
     sampled_seldom,
@@ -29,6 +28,7 @@ from identify.ingest.commands import (
     with_spread_commands,
 )
 from identify.ingest.rotation import quaternions_from_euler
+from identify.thrust.wrench import wrench
 
 HEAVE, YAW = 2, 5
 MASS, DAMPING = {HEAVE: 40.0, YAW: 6.0}, {HEAVE: 30.0, YAW: 4.0}

@@ -16,10 +16,10 @@ from identify.checks.actuation.controller import steered_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.axes.build import build_axes
+from identify.estimators.identifiability import with_drag_forces
 from identify.estimators.likelihood import intervals
 from identify.estimators.likelihood.axis import DAMPING, likelihood_of
 from identify.estimators.table import estimator
-from identify.identifiability import with_drag_forces
 
 QUADRATIC = 40.0
 

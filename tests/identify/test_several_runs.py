@@ -21,9 +21,9 @@ from identify.estimators.likelihood.axis import FORCES, likelihood_of, rigid_mas
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
 from identify.estimators.missing_forces.forms import Kind
 from identify.estimators.missing_forces.screening import Lack
-from identify.forces import wrench
 from identify.run.joined_runs import joined, together
 from identify.run.recordings import Reading
+from identify.thrust.wrench import wrench
 
 FILE = closed_loop.vehicle_file()
 

@@ -16,10 +16,10 @@ from identify.diagnose.filters.nominal import nominal_of
 from identify.diagnose.recording import lacking
 from identify.dive import Dive, Reckoned, Signal
 from identify.effects.effect import QUICK_COMMANDS
-from identify.forces import wrench
 from identify.ingest.open import read_dive
 from identify.ingest.slow_pulses import PULSE, law_of, with_reckoned_pulses
 from identify.run.joined_runs import joined
+from identify.thrust.wrench import wrench
 
 FILE = load_vehicle("bluerov2")
 LONG_S, OFTEN_S, SELDOM_S = 200.0, 0.05, 0.5

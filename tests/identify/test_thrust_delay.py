@@ -14,7 +14,7 @@ from identify.estimators.axes.build import build_axes
 from identify.estimators.axes.forces import axes_with_delay, axis_with_delay
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.timing import thrust_delay as delay
-from identify.forces import wrench
+from identify.thrust.wrench import wrench
 
 FILE = closed_loop.vehicle_file()
 

@@ -25,9 +25,9 @@ from identify.estimators.answer import answered
 from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.fit import fit_axes
-from identify.forces import wrench
 from identify.ingest.commands import held_commands, with_known_commands
 from identify.ingest.open import read_dive
+from identify.thrust.wrench import wrench
 
 FILE = closed_loop.vehicle_file()
 

@@ -10,7 +10,7 @@ import pytest
 
 from bridge.vehicle.references import DoubleS
 from identify.dive import Dive, Signal
-from identify.tracking import PHASES, compare, phases, tracking_errors
+from identify.validation.tracking import PHASES, compare, phases, tracking_errors
 from identify.validation.tracking_curves import Followed, followed
 
 RATE_HZ = 20.0

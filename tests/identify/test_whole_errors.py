@@ -14,10 +14,10 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.forecast import Credit
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
-from identify.given_thrust import Given
-from identify.tracking import tracking_errors, whole_errors
+from identify.thrust.given_thrust import Given
 from identify.validation.against_forecast import MadeUp, sea_of
 from identify.validation.raising import MOST_UNASKED, go_no_go
+from identify.validation.tracking import tracking_errors, whole_errors
 
 RATE_HZ = 20.0
 STILL: Mapping[int, float] = MappingProxyType({})

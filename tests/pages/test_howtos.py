@@ -19,7 +19,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.flying.crew import Crew
 from identify.effects.course import Course
 from identify.effects.effect import Effect

@@ -15,10 +15,10 @@ from identify.report.page import render_report
 from identify.report.plot import HATCHES, Group, grouped, stack
 from identify.report.validation import Reference, error_line, tracking_section, validation_report
 from identify.run.validate import Run, Validation, validate, verdict
-from identify.tracking import AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.validation.against_forecast import Held
 from identify.validation.axis_criteria import Criterion
 from identify.validation.raising import Raising
+from identify.validation.tracking import AxisErrors, SteadyError, TrackingErrors, tracking_errors
 from identify.words import safe, unbroken
 
 FILE = load_vehicle("ruvifist:hovering")

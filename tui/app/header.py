@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Final, TypeVar
 
 from bridge.vehicle.mode import word_of
+from gcs_plugin.feedforward.switched_vehicle import sent_text
 from gcs_plugin.recording.state import how_to_end
-from gcs_plugin.switched_vehicle import sent_text
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture
 from tui.app.drawing import Line, Lines, Role, Span, ago, apart, cut, left, stopwatch, utc, width
 from tui.app.view import GONE_S, STALE_S, Forcing, View

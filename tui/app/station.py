@@ -12,8 +12,8 @@ from bridge.clock import Clock
 from bridge.links.link import Link
 from bridge.links.reconnecting import Aside, Reconnecting
 from bridge.wire.framing import Encoder, Frame, Framer
-from gcs_plugin.feedforward import Switch
-from gcs_plugin.off_orders import OffMarks
+from gcs_plugin.feedforward.off_orders import OffMarks
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.peers import GROUND_STATION, KnownVehicle
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.watcher import Watcher

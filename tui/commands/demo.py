@@ -31,7 +31,7 @@ from identify.report.identification import dive_section, identification_section,
 from identify.report.page import Report, with_provenance, write_report
 from identify.report.validation import Reference, tracking_section
 from identify.run.identify import identify
-from identify.tracking import METHOD, Row, compare, tracking_errors
+from identify.validation.tracking import METHOD, Row, compare, tracking_errors
 from tui import show
 from tui.show import Table
 

@@ -17,12 +17,12 @@ from bridge.links.link import Link
 from bridge.vehicle.mode import BY_WORD, Mode, word_of
 from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire.framing import Encoder, Framer
-from gcs_plugin.feedforward import Switch, caution
-from gcs_plugin.off_orders import OffMarks, OffOrders
+from gcs_plugin.feedforward.off_orders import OffMarks, OffOrders
+from gcs_plugin.feedforward.switch import Switch, caution
+from gcs_plugin.feedforward.switched_vehicle import sent_text
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
-from gcs_plugin.switched_vehicle import sent_text
 from gcs_plugin.watch.channels import StatusTexts
 from tui import links, show
 

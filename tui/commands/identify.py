@@ -11,9 +11,9 @@ from rich.console import Console
 from bridge import exit_codes
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import write_identified
-from identify.comparison import Comparison, further_remarks
 from identify.dive import Dive
 from identify.doubt import Outcome
+from identify.estimators.comparison import Comparison, further_remarks
 from identify.estimators.table import (
     DEFAULT,
     METHODS,

@@ -17,7 +17,7 @@ from bridge.text import say
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.dives.folder import list_folders
-from gcs_plugin.feedforward import Switch
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.peers import newest
 from gcs_plugin.recording.state import was_killed
 from gcs_plugin.watch.alarms import load_settings

@@ -16,7 +16,6 @@ from gcs_plugin.params.last_accepted import in_force
 from identify.dive import Dive, Kind
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
-from identify.tracking import METHOD, Row, TrackingErrors, whole_rows
 from identify.validation.against_forecast import (
     Foretelling,
     Foretellings,
@@ -25,6 +24,7 @@ from identify.validation.against_forecast import (
     verdict_of,
 )
 from identify.validation.raising import BASELINE, MARKS, Raising
+from identify.validation.tracking import METHOD, Row, TrackingErrors, whole_rows
 from identify.words import speed
 from tui import show
 from tui.files import Files

@@ -16,10 +16,10 @@ from bridge.vehicle.config import VehicleFile, Water
 from identify.checks.readings.frozen import axis_key
 from identify.dive import Dive
 from identify.doubt import Doubt, Outcome, coefficients_of
-from identify.forces import wrench
 from identify.ingest.rotation import euler_angles
 from identify.statistics import left_of, spread
 from identify.threads import side_by_side
+from identify.thrust.wrench import wrench
 from identify.words import axes_named, capital, listed
 
 TAPS = 8

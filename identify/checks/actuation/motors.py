@@ -20,8 +20,8 @@ from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.actuation.thrust_response import LAGS_S, behind
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, coefficients_of
-from identify.forces import asked_thrusts
 from identify.statistics import left_of
+from identify.thrust.wrench import asked_thrusts
 from identify.words import fixed, listed
 
 Order = NDArray[np.int64]

@@ -19,12 +19,12 @@ from identify.estimators.axes.motion import Motion
 from identify.estimators.likelihood.axis import DAMPING, MASS
 from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.timing.lateness import FilteredForce
-from identify.forces import asked_thrusts, tells_thrusters, thrusts_between
 from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on
-from identify.pwm_rounding import unrounded_thrusts
 from identify.threads import side_by_side
-from identify.wrench_history import evenly_between
+from identify.thrust.pwm_rounding import unrounded_thrusts
+from identify.thrust.wrench import asked_thrusts, tells_thrusters, thrusts_between
+from identify.thrust.wrench_history import evenly_between
 
 LEVELLED_S = 0.5
 """Time over which the noise of roll and pitch is averaged: long against an attitude's interval, and too short for a

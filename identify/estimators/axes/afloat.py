@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from identify.dive import Signal
-from identify.wrench_history import WrenchHistory
+from identify.thrust.wrench_history import WrenchHistory
 
 Span = tuple[float, float]
 

@@ -5,8 +5,8 @@ import numpy as np
 from bridge.vehicle.coefficients import DOFS, YAW
 from bridge.vehicle.config import Vehicle
 from identify.dive import Dive, Signal
-from identify.forces import obeyed_after_s
-from identify.wrench_history import WrenchHistory
+from identify.thrust.wrench import obeyed_after_s
+from identify.thrust.wrench_history import WrenchHistory
 
 STRANGE_SHARE, TELLING_SHARE, FEWEST_TELLING = 0.2, 0.15, 20
 """A thrust curve is usually known to 10 %. A median difference of twice that between PWM and TAU_CMD means another

@@ -32,9 +32,9 @@ from identify.estimators.axes.readings import (
     with_rates_of_poses,
 )
 from identify.estimators.filter.state import POSITION
-from identify.forces import wrench
 from identify.ingest.rotation import attitude_at
 from identify.threads import side_by_side
+from identify.thrust.wrench import wrench
 
 GRID_S = 0.02
 

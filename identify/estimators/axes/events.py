@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from identify.estimators.axes.readings import FEWEST, Channel
 from identify.estimators.filter.state import INCREMENT, NO_STEP, POSITION, VELOCITY
-from identify.wrench_history import WrenchHistory
+from identify.thrust.wrench_history import WrenchHistory
 
 LONGEST_STEP_S = 0.05
 """Longer steps between readings are divided, so that a force held over a step is not held for long."""

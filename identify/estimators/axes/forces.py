@@ -19,7 +19,7 @@ from identify.estimators.timing.lateness import (
     behind_filter,
     timing_of,
 )
-from identify.wrench_history import WrenchHistory
+from identify.thrust.wrench_history import WrenchHistory
 
 LATE_SHARE = 0.3
 """Standard deviation of the time at which slowly sampled commands act, as a share of the sample interval."""

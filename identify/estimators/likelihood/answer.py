@@ -30,12 +30,12 @@ from identify.estimators.missing_forces.drag_and_timing import Doubts, doubts_of
 from identify.estimators.refusals import long_enough
 from identify.estimators.timing.autopilot_velocity import shared_axes
 from identify.estimators.timing.thrust_delay import with_delay
-from identify.forces import wrench
 from identify.identification import Estimate, Identification, Information
 from identify.ingest.commands import holding_variance_s2
 from identify.nuisance import Nuisance
 from identify.progress import Progress
 from identify.statistics import Z95
+from identify.thrust.wrench import wrench
 
 TELLING_LATE_S, TELLING_SHARE = 0.01, 0.5
 """A coefficient is noted if thrust that acts TELLING_LATE_S later would move it by more than TELLING_SHARE of its

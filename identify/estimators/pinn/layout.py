@@ -26,7 +26,7 @@ from bridge.vehicle.dynamics import coriolis
 from identify.dive import Dive
 from identify.estimators.axes.axis import Axes, Axis
 from identify.estimators.filter.state import INCREMENT, POSITION
-from identify.forces import wrench
+from identify.thrust.wrench import wrench
 
 MANY = 3
 """From this many readings of a channel in an interval on, their mean counts as the mean over the interval."""

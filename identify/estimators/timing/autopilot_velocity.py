@@ -24,9 +24,9 @@ from identify.estimators.likelihood.scoring import climb
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
 from identify.estimators.timing.lateness import Timing
 from identify.estimators.timing.thrust_delay import DELAYS_S
-from identify.forces import wrench
 from identify.ingest.rotation import attitude_at, to_body
 from identify.threads import shared, side_by_side
+from identify.thrust.wrench import wrench
 
 LATE_S = (0.0, 0.1, 0.2, 0.35, 0.5)
 """Start values of the velocity's delay, half of it from smoothing, to be compared by surge and sway."""

@@ -19,7 +19,7 @@ from identify.estimators.likelihood.scoring import climb, log_posterior
 from identify.estimators.missing_forces.drag_and_timing import DOUBTFUL_SCORE
 from identify.identification import ThrustDelay
 from identify.statistics import Z95
-from identify.wrench_history import WrenchHistory
+from identify.thrust.wrench_history import WrenchHistory
 
 GRID_S = (0.0, 0.05, 0.1, 0.15, 0.2, 0.3, 0.4, 0.5, 0.65, 0.8, 1.0)
 COARSELY, NEARLY = 1.0, 0.02

@@ -33,8 +33,8 @@ from identify.estimators.missing_forces.drag_and_timing import (
 )
 from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable
 from identify.estimators.timing.autopilot_velocity import lasting_axes
-from identify.forces import wrench
 from identify.identification import LARGEST_RELATIVE_STD
+from identify.thrust.wrench import wrench
 
 
 @dataclass(frozen=True)

@@ -26,9 +26,9 @@ from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.thrusters import Allocator, allocation_matrix, thrust_curve
 from identify.align import AlignedDive, aligned, low_pass
 from identify.dive import Dive, Signal
-from identify.forces import asked_thrusts, tells_thrusters
 from identify.statistics import Z95
-from identify.wrench_history import history_of
+from identify.thrust.wrench import asked_thrusts, tells_thrusters
+from identify.thrust.wrench_history import history_of
 
 RATE_HZ: Final = 10.0
 CUTOFF_HZ: Final = 0.5

@@ -19,8 +19,8 @@ from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Vehicle, 
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.ingest.commands import held_commands, never_known, sampled_seldom, unknown_between
-from identify.pwm_rounding import hidden_by_rounding, thrust_slope, unrounded_by_run
-from identify.wrench_history import (
+from identify.thrust.pwm_rounding import hidden_by_rounding, thrust_slope, unrounded_by_run
+from identify.thrust.wrench_history import (
     BETWEEN,
     WrenchHistory,
     evenly_between,

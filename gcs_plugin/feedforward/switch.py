@@ -24,9 +24,9 @@ from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText
+from gcs_plugin.feedforward.switched_vehicle import SwitchedVehicle
 from gcs_plugin.params.transfer import Source
 from gcs_plugin.peers import GROUND_STATION, Heartbeat, KnownVehicle
-from gcs_plugin.switched_vehicle import SwitchedVehicle
 from gcs_plugin.watch.channels import StatusTexts
 
 LACKING_S: Final = 10.0
