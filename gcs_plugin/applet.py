@@ -26,7 +26,7 @@ from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire import ftp
 from gcs_plugin.asking import ANSWER_S, Asking
 from gcs_plugin.params.client import ParameterClient
-from gcs_plugin.params.planned import planned
+from gcs_plugin.params.proposal import propose_upload
 from gcs_plugin.params.receipt import Receipt, newest
 from gcs_plugin.params.wanted import Wanted
 from gcs_plugin.peers import Source, ground_heartbeat
@@ -321,7 +321,7 @@ class Deployment:
             values = {MODE: float(Mode.OFF)}
         else:
             return None
-        plan = planned(Path(NAME), Wanted(values), self.present, None, receipts, self.target[0])
+        plan = propose_upload(Path(NAME), Wanted(values), self.present, None, receipts, self.target[0])
         read_at = newest(receipts, self.target[0])
         order = plan.order(receipts, self._clock.unix_s(), even_armed=False, read_at=read_at)
         receipt = self.client.apply(order)

@@ -5,6 +5,7 @@ they do · `app` the terminal app · `web` the app in a browser.
 
 For several verbs: `show` tables, progress, questions, JSON · `files` written by a verb, --report and --figures among
 them · `links` the way to a link, or to its hub · `recordings` that a verb names · `parameter_files` that hold a model ·
-`accepted` values as priors, `accepting` a diagnosis, `unsent` one · `watch_text` a picture as text · `dive_list` for
-dives and the app, `dive_reading` for dives · `flying` for fly · `column_map` of import --map.
+`accepted_priors` accepted values, for prior and plan · `accept_diagnosis` into a file, `unsent_diagnosis` in none that
+was uploaded · `watch_text` a picture as text · `dive_list` for dives and the app, `dive_reading` for dives ·
+`flight_recording` for fly · `column_map` of import --map.
 """

@@ -30,7 +30,7 @@ from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.limits import Limits
 from identify.planning.propose import DOFS_PLANNED
-from tui.flying import widths_of
+from tui.flight_recording import widths_of
 
 BATTERY: Final = {"BATT_MONITOR": 4, "BATT_VOLT_PIN": 13, "BATT_CURR_PIN": 12, "SIM_BATT_VOLTAGE": 16}
 """A battery whose voltage the limits can hold."""

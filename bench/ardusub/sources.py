@@ -4,5 +4,6 @@ from typing import Final
 
 SOURCES: Final = (
     "bench/ardusub", "bench/ardusub/*.yaml", "bench/operation/flying.py", "bridge", "bridge/ardusub/applet.lua",
-    "gcs_plugin/flying", "identify", "tui/flying.py", "configs/vehicles/bluerov2.yaml", "configs/thrusters/*.csv",
+    "gcs_plugin/flying", "identify", "tui/flight_recording.py", "configs/vehicles/bluerov2.yaml",
+    "configs/thrusters/*.csv",
 )  # fmt: skip

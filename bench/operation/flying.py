@@ -29,10 +29,10 @@ from gcs_plugin.flying.plan import FlightPlan, flight_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, Widths
 from identify.planning.limits import START_DEPTH_M, Limits
 from identify.run.plan import before_dives, plan
-from tui.flying import recorded_crew, widths_of
+from tui.flight_recording import recorded_crew, widths_of
 
 SOURCES = (
-    *reached("tui/flying.py", "gcs_plugin/simulated.py", "identify/run/plan.py"),
+    *reached("tui/flight_recording.py", "gcs_plugin/simulated.py", "identify/run/plan.py"),
     "bench/operation/flying.py",
 )
 LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)

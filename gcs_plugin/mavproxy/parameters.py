@@ -13,7 +13,7 @@ from gcs_plugin.params.comparison import COLUMNS
 from gcs_plugin.params.files import check_system
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import ACCEPT_IMPLAUSIBLE, Verdict, action_of
-from gcs_plugin.params.planned import Planned, planned, planned_back
+from gcs_plugin.params.proposal import Proposal, propose_rollback, propose_upload
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import News, Session, Step
 from gcs_plugin.params.wanted import Wanted, wanted_by
@@ -47,7 +47,7 @@ class _Running:
     wanted: Wanted
     read_at: Newest
     shown_s: float
-    plan: Planned | None = None
+    plan: Proposal | None = None
 
 
 class Parameters:
@@ -153,10 +153,12 @@ class Parameters:
         session, system, back = work.session, work.session.vehicle[0], asked.action == "rollback"
         try:
             if back:
-                plan = planned_back(file, work.wanted, session.present, RECEIPTS, system)
+                plan = propose_rollback(file, work.wanted, session.present, RECEIPTS, system)
             else:
                 names = asked.names or None
-                plan = planned(file, work.wanted, session.present, names, RECEIPTS, system, asked.accepts)
+                plan = propose_upload(
+                    file, work.wanted, session.present, names, RECEIPTS, system, asked.accepts
+                )
             work.plan = plan
             for note in plan.notes:
                 self._say(note)

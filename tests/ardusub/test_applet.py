@@ -23,7 +23,7 @@ from gcs_plugin.applet import FREEZES, Deployment, Station
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import newest_before
-from gcs_plugin.params.planned import planned, planned_back
+from gcs_plugin.params.proposal import propose_rollback, propose_upload
 from gcs_plugin.params.receipt import newest
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.wanted import Wanted
@@ -95,7 +95,7 @@ def upload(autopilot, receipts, values):
     client = ParameterClient(autopilot.link, autopilot.clock)
     assert client.find_vehicle() == (1, 1)
     read_at = newest(receipts, 1)
-    plan = planned(receipts / "set.param", Wanted(values), client.read_all(), None, receipts, 1)
+    plan = propose_upload(receipts / "set.param", Wanted(values), client.read_all(), None, receipts, 1)
     return client.apply(plan.order(receipts, autopilot.clock.unix_s(), even_armed=False, read_at=read_at))
 
 
@@ -263,7 +263,7 @@ def rolled_back(autopilot, receipts, even_armed=False):
     assert client.find_vehicle() == (1, 1)
     before = newest_before(receipts, 1)
     wanted = Wanted(read_parameters(before))
-    plan = planned_back(before, wanted, client.read_all(), receipts, 1)
+    plan = propose_rollback(before, wanted, client.read_all(), receipts, 1)
     order = plan.order(receipts, autopilot.clock.unix_s(), even_armed=even_armed, read_at=newest(receipts, 1))
     return client.apply(order)
 

@@ -25,7 +25,7 @@ from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.limits import Limits
 from identify.run.plan import before_dives, plan
-from tui.flying import recorded_crew
+from tui.flight_recording import recorded_crew
 
 pytestmark = pytest.mark.soak
 DEATHS = 20

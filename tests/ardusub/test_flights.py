@@ -17,7 +17,7 @@ from bridge.flight.limits import FlightLimits
 from bridge.vehicle.legs import Leg
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.flying.session import FlightSession
-from tui.flying import recorded_crew
+from tui.flight_recording import recorded_crew
 
 LIMITS = FlightLimits(0.3, 8.0, 1.0, 6.0, 0.9, 25.0, 12.0, 900.0, hold_s=3.0)
 WAVE = (Leg(2.0, push_surge_n=8.0), Leg(4.0, push_surge_n=-8.0, alternate=3), Leg(2.0, push_surge_n=8.0))

@@ -31,7 +31,7 @@ from identify.ingest.same_dive import OVERLAPPING, PIECE, SAME, of_one_dive
 from identify.run.diagnose import Before, effects_without
 from identify.validation.forecast import Forecast
 from tui import cli
-from tui.accepting import _sends, accept
+from tui.accept_diagnosis import _sends, accept
 from tui.commands.diagnose import tell_diagnosis
 
 DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
@@ -89,7 +89,7 @@ def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path,
         return Forecast((), (), ("foretold",))
 
     monkeypatch.setattr("identify.validation.forecast.forecast", flies)
-    monkeypatch.setattr("tui.accepting.contradictions", lambda *_: ())
+    monkeypatch.setattr("tui.accept_diagnosis.contradictions", lambda *_: ())
     monkeypatch.setenv(reports.VARIABLE, reports.FORM)
     accepted = Accepted(D_U, (AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0}),), ())
     file = load_vehicle("ruvifist")
@@ -104,7 +104,7 @@ def test_a_gain_that_is_accepted_no_longer_is_written_as_none_and_is_no_effect_o
     tmp_path, monkeypatch
 ):
     monkeypatch.setattr("identify.validation.forecast.forecast", lambda *_: Forecast((), (), ()))
-    monkeypatch.setattr("tui.accepting.contradictions", lambda *_: ())
+    monkeypatch.setattr("tui.accept_diagnosis.contradictions", lambda *_: ())
     drag = AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0})
     repaired = AcceptedEffect("weak_thruster", "weak_thruster of thruster 1", {"gain": 1.0}, 1)
     explained = diagnosis(DRAG, configuration="hovering", accepted=Accepted(D_U, (drag, repaired), ()))

@@ -21,8 +21,8 @@ from identify.diagnose.result import Accepted, Value
 from identify.dive import Dive
 from identify.doubt import Doubt, Outcome
 from tui import cli
-from tui.accepted import accepted_in
-from tui.accepting import accept, accepted_before
+from tui.accept_diagnosis import accept, accepted_before
+from tui.accepted_priors import accepted_in
 from tui.commands.params import targets_of
 from tui.commands.simulate import accepted_truth
 from tui.parameter_files import Leave, accepted_model

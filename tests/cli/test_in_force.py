@@ -23,7 +23,7 @@ from identify.diagnose.words.diagnosis import cause_lines, next_lines
 from identify.dive import Dive, Signal
 from identify.run.diagnose import Before
 from identify.run.in_force import read_in_force
-from tui.accepting import accept, before_of
+from tui.accept_diagnosis import accept, before_of
 from tui.parameter_files import Leave
 
 FILE = load_vehicle("ruvifist")

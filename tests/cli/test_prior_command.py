@@ -18,7 +18,7 @@ from identify.doubt import Outcome
 from identify.identification import Identification, estimate
 from identify.priors import with_priors
 from tui import cli
-from tui.accepted import accepted_in
+from tui.accepted_priors import accepted_in
 from tui.commands.prior import with_priors_written
 from tui.parameter_files import Leave
 

@@ -5,7 +5,7 @@ import os
 import threading
 
 from bridge.vehicle.config import load_vehicle
-from tui import flying
+from tui import flight_recording as flying
 
 STARTS_WITHIN_S = 120.0
 

@@ -32,7 +32,7 @@ from identify.identification import estimate
 from identify.planning.knowledge import widths
 from tui import cli
 from tui.commands import calibrate, fly
-from tui.flying import recorded_crew
+from tui.flight_recording import recorded_crew
 
 FILE = load_vehicle("ruvifist")
 QUICK = (Leg(1.0, push_surge_n=40.0), Leg(2.0, push_surge_n=-40.0, alternate=15), Leg(1.0, push_surge_n=40.0))

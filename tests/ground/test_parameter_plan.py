@@ -13,8 +13,8 @@ from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.identified import parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.plan import Verdict, action_of, is_staged, make_plan, taken_back
-from gcs_plugin.params.planned import planned
 from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.proposal import propose_upload
 from gcs_plugin.params.receipt import Line
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome
@@ -419,7 +419,7 @@ def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
     write_sidecar(file, dataclasses.replace(SIDECAR, doubted={"D_u": "the dive is too short"}))
     wanted = wanted_by(file, "despite-doubts", despite_doubts=False)
     present = {"FF1_M_U": 90.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 2.0}
-    made = planned(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
+    made = propose_upload(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
     assert made.parameters[1].doubted == "the dive is too short"
     read = Comparison.from_json(json.loads(json.dumps(made.to_json())), "it")
     assert read == made
@@ -430,7 +430,7 @@ def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
 def test_lines_are_chosen_of_those_that_change_and_bring_the_staged_ones_with_them(file, tmp_path):
     wanted = wanted_by(file, "despite-doubts", despite_doubts=True)
     present = {"FF1_M_U": 90.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 2.0}
-    shown = planned(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
+    shown = propose_upload(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
     kinds = {"A": "changed", "B": "changed", "C": "staged", "D": "same", "E": "implausible"}
     line = shown.parameters[0]
     lines = tuple(dataclasses.replace(line, name=name, verdict=verdict) for name, verdict in kinds.items())
@@ -443,7 +443,7 @@ def test_lines_are_chosen_of_those_that_change_and_bring_the_staged_ones_with_th
 def test_half_of_a_model_is_chosen_only_if_the_file_does_not_hold_the_other_half(file, tmp_path):
     wanted = wanted_by(file, "despite-doubts", despite_doubts=True)
     present = {"FF1_M_U": 0.0, "FF1_D_U": 0.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 1.0}
-    shown = planned(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=False)
+    shown = propose_upload(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=False)
     assert shown.half({"FF1_M_U"}).endswith("choose FF1_D_U too, or neither")
     assert shown.half({"FF1_M_U", "FF1_D_U"}) == ""
     mass_alone = dataclasses.replace(shown, parameters=shown.parameters[:1])
@@ -457,7 +457,7 @@ def test_a_gain_that_is_not_set_is_told_as_the_gain_of_1_that_it_is_before_and_a
     write_sidecar(file, dataclasses.replace(SIDECAR, intervals={"FF0_T1_GAIN": interval}))
     present = {"FF0_T1_GAIN": 0.0, "FF0_T_ASTERN": 0.0, "FF0_X_UU": 0.0}
     wanted = wanted_by(file, "despite-doubts", despite_doubts=True)
-    gain, astern, drag = planned(file, wanted, present, None, tmp_path, 1).lines
+    gain, astern, drag = propose_upload(file, wanted, present, None, tmp_path, 1).lines
     assert gain.cells()[1:4] == ("1", "0.75", "-25 %")
     assert gain.change == pytest.approx(-5.0)
     assert gain.present == 0.0  # as the vehicle has it, for other programs

@@ -28,7 +28,7 @@ from gcs_plugin.params.receipt import next_number
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.ingest.mapping.column_map import column_map
 from identify.ingest.open import read_dive
-from tui.accepted import accepted_in
+from tui.accepted_priors import accepted_in
 from tui.app.keys import load_keymap
 from tui.app.screens.table import PLACES
 from tui.commands.merge import merge

@@ -41,7 +41,7 @@ from identify.batch.recordings import Recording
 from identify.batch.run import Cache
 from identify.challenge.seal import read_key
 from identify.report.page import Report, write_report
-from tui.accepted import accepted_in
+from tui.accepted_priors import accepted_in
 from tui.app import themes
 from tui.app.identification import load_identified
 from tui.app.jobs import Kept, work

@@ -15,7 +15,7 @@ from bridge.reports import Written
 from bridge.vehicle.config import CONFIGS
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.planned import TAKEN_BACK
+from gcs_plugin.params.proposal import TAKEN_BACK
 from tui.app.screens.frame import Drawn
 from tui.app.screens.parameters_lines import details
 from tui.app.screens.parameters_table import LEFT, table

@@ -25,7 +25,7 @@ from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
 from identify.words import utc, with_interval
 from tui import show
-from tui.accepting import before_named
+from tui.accept_diagnosis import before_named
 from tui.files import Files, settings
 from tui.parameter_files import Leave
 from tui.recordings import recording_at, ruled_out

@@ -28,7 +28,7 @@ from identify.run.identify import compiles_first, runs_as_json
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_as_dives
 from tui import show
-from tui.accepting import accept, before_of
+from tui.accept_diagnosis import accept, before_of
 from tui.files import Files
 from tui.parameter_files import Leave, read_identification
 from tui.recordings import column_map_for, read_together, ruled_out

@@ -33,7 +33,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.flying.plan import FlightPlan, load_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Progress, Wanted
 from tui import links, show
-from tui.flying import Alongside, RecordedHere, RecordedThere, recorded_crew
+from tui.flight_recording import Alongside, RecordedHere, RecordedThere, recorded_crew
 
 NUMBERS: Final = 1 << 22
 """Orders are numbered from a number that no other flight of these weeks used: a float32 holds it exactly."""

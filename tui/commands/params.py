@@ -23,7 +23,7 @@ from gcs_plugin.params.files import check_system, write_parameters
 from gcs_plugin.params.identified import origin_in, parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import newest_before
 from gcs_plugin.params.plan import Verdict, acting_text, action_of, unit_of, value_text
-from gcs_plugin.params.planned import Planned, left_behind, planned, planned_back
+from gcs_plugin.params.proposal import Proposal, left_behind, propose_rollback, propose_upload
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress
 from gcs_plugin.params.transfer import Outcome, Result, Source
@@ -100,10 +100,10 @@ def run(arguments: argparse.Namespace) -> int:
         try:
             check_system(file, targets.system, system, ", or --any-vehicle")
             if arguments.action == "rollback":
-                plan = planned_back(file, targets, present, receipts, system)
+                plan = propose_rollback(file, targets, present, receipts, system)
             else:
                 accepts = getattr(arguments, "accepts", ())
-                plan = planned(file, targets, present, arguments.only, receipts, system, accepts)
+                plan = propose_upload(file, targets, present, arguments.only, receipts, system, accepts)
         except ParamError as error:
             raise exit_codes.UsageError(str(error)) from None
         show.say(show.results(arguments.json), *plan.notes)
@@ -140,21 +140,21 @@ def _pattern(given: str) -> str:
     return given.upper() if "*" in given else f"{given.upper()}*"
 
 
-def show_plan(arguments: argparse.Namespace, planned: Planned, hidden: Collection[Verdict]) -> None:
+def show_plan(arguments: argparse.Namespace, proposal: Proposal, hidden: Collection[Verdict]) -> None:
     """Print the plan's lines, without those of the `hidden` verdicts, and its summary."""
-    console, cells = show.results(arguments.json), planned.cells(hidden)
+    console, cells = show.results(arguments.json), proposal.cells(hidden)
     if cells:
         show.put(console, show.Table("", COLUMNS, cells, numbers=NUMBERS))
-    if any(line.change is not None for line in planned.lines):
+    if any(line.change is not None for line in proposal.lines):
         show.say(console, LEGEND)
-    show.say(console, planned.plan.summary())
+    show.say(console, proposal.plan.summary())
 
 
-def show_difference(arguments: argparse.Namespace, planned: Planned, client: ParameterClient) -> int:
+def show_difference(arguments: argparse.Namespace, proposal: Proposal, client: ParameterClient) -> int:
     """`params diff`, and `upload` and `rollback` with `--dry-run`."""
-    show_plan(arguments, planned, (Verdict.READ_ONLY,))
-    show.write_json(planned.comparison(client.vehicle, armed=client.armed).to_json(), arguments.json)
-    alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in planned.plan.rows)
+    show_plan(arguments, proposal, (Verdict.READ_ONLY,))
+    show.write_json(proposal.comparison(client.vehicle, armed=client.armed).to_json(), arguments.json)
+    alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in proposal.plan.rows)
     return exit_codes.DONE if alike else exit_codes.NO
 
 
@@ -162,16 +162,16 @@ def apply(
     arguments: argparse.Namespace,
     client: ParameterClient,
     watch: Watch,
-    planned: Planned,
+    proposal: Proposal,
     unix_s: float,
     read_at: Newest,
 ) -> int:
     """`params upload` and `params rollback`: plan, question, upload, receipt."""
-    plan = planned.plan
-    show_plan(arguments, planned, (Verdict.READ_ONLY, Verdict.SAME))
+    plan = proposal.plan
+    show_plan(arguments, proposal, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
     if (
-        planned.writes(client.vehicle)
+        proposal.writes(client.vehicle)
         and not arguments.yes
         and not show.agreed(client, f"{action_of(plan)}?", "write")
     ):
@@ -179,13 +179,13 @@ def apply(
         return exit_codes.INTERRUPTED
     with watch.bar(reports.WRITING):
         receipt = client.apply(
-            planned.order(Path(arguments.receipts), unix_s, even_armed=arguments.armed, read_at=read_at)
+            proposal.order(Path(arguments.receipts), unix_s, even_armed=arguments.armed, read_at=read_at)
         )
     console = show.results(arguments.json)
     rows = receipt.cells(plan)
     if rows:
         show.put(console, show.Table("", RESULT_COLUMNS, rows, numbers=RESULT_COLUMNS[2:4]))
-    receipt, lines = planned.settled(receipt)
+    receipt, lines = proposal.settled(receipt)
     show.say(console, "\n".join(lines))
     if receipt.unkept:
         show.say(show.words(), receipt.unkept)

@@ -27,7 +27,7 @@ from identify.progress import Steps
 from identify.run.plan import after_dive, after_identification, before_dives, plan
 from identify.statistics import Z95
 from tui import show
-from tui.accepted import AGEING
+from tui.accepted_priors import AGEING
 from tui.files import Files
 from tui.parameter_files import read_json
 from tui.show import Table

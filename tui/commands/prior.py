@@ -15,7 +15,7 @@ from bridge.vehicle.config import CONFIGS, Prior, Vehicle, VehicleFile, load_veh
 from gcs_plugin.params.files import replace_text
 from gcs_plugin.params.identified import doubt_lines
 from tui import show
-from tui.accepted import accepted_in
+from tui.accepted_priors import accepted_in
 from tui.parameter_files import Leave
 
 

@@ -31,7 +31,7 @@ from tui.files import Files
 from tui.parameter_files import foretelling_of, sidecar_of_file
 from tui.recordings import column_map_for
 from tui.show import Table
-from tui.unsent import how_to_send, unsent
+from tui.unsent_diagnosis import how_to_send, unsent
 
 if TYPE_CHECKING:
     from identify.report.page import Report

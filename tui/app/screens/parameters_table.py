@@ -7,7 +7,7 @@ from typing import Final
 from bridge.reports import Written
 from gcs_plugin.params.comparison import Compared, Comparison
 from gcs_plugin.params.plan import NOT_SET, Verdict
-from gcs_plugin.params.planned import TAKEN_BACK
+from gcs_plugin.params.proposal import TAKEN_BACK
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, around
 from tui.app.header import PHONE
 

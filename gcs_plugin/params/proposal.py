@@ -1,4 +1,7 @@
-"""The plan of an upload or a roll back, line by line compared with the vehicle, up to its order and the receipt."""
+"""An upload or a roll back as proposed to the operator: its plan, line by line compared with the vehicle.
+
+Once agreed to, it becomes an order, and its receipt is settled here too.
+"""
 
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
@@ -41,7 +44,7 @@ TAKEN_BACK: Final = "no part of this model, taken back"
 
 
 @dataclass(frozen=True)
-class Planned:
+class Proposal:
     """A plan, line by line compared with the values last accepted.
 
     `back` are the effects that it takes back, `left` sentences about the vehicle's staged set and an unfinished
@@ -130,7 +133,7 @@ class Planned:
         )
 
 
-def planned(
+def propose_upload(
     file: Path,
     wanted: Wanted,
     present: Mapping[str, float],
@@ -138,7 +141,7 @@ def planned(
     receipts: Path,
     system: int,
     accepts: Collection[str] = (),
-) -> Planned:
+) -> Proposal:
     """Plan to bring a vehicle that holds `present` to the values of a file, or to those of its lines in `only`.
 
     `accepts` are lines that are written although they are implausible. Raises ParamUnknown for a line in `only` that
@@ -156,12 +159,12 @@ def planned(
     doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept, credits, wanted.gains)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
     lines = compared(plan, wanted.sidecar, accepted)
-    return Planned(file, wanted, plan, lines, tuple(back), left_behind(receipts, system, present, file))
+    return Proposal(file, wanted, plan, lines, tuple(back), left_behind(receipts, system, present, file))
 
 
-def planned_back(
+def propose_rollback(
     file: Path, wanted: Wanted, present: Mapping[str, float], receipts: Path, system: int
-) -> Planned:
+) -> Proposal:
     """Plan to go back to the values before an upload, of what it and later uploads wrote alone.
 
     The file holds all that the vehicle held then, and what others have set since is theirs. A set is one thing: if any
@@ -185,7 +188,7 @@ def planned_back(
         values = {**values, **mark, MODE: float(Mode.OFF)}
     plan = replace(make_plan(not_raised(values, present), present), withdraws=withdraws)
     lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
-    return Planned(file, wanted, plan, lines, left=left, restores=str(file))
+    return Proposal(file, wanted, plan, lines, left=left, restores=str(file))
 
 
 def left_behind(

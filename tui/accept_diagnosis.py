@@ -26,7 +26,7 @@ from identify.run.diagnose import Before, published
 from identify.run.in_force import before_in_force
 from identify.validation.against_forecast import began, began_for_receipts
 from tui import show
-from tui.accepted import accepted_in
+from tui.accepted_priors import accepted_in
 from tui.options import NONE_ACCEPTED, RECEIPTS
 from tui.parameter_files import Leave, check_outcome
 
