@@ -1,0 +1,94 @@
+"""The app's orders to the vehicle: the feed-forward forced off, raised, lowered; the end of a flight."""
+
+from bridge import exit_codes
+from bridge.vehicle.mode import Mode
+from gcs_plugin.watch.picture import Armed
+from tui.app.jobs import JobState
+from tui.app.next_step import Flight, lowered_to, raised_to
+from tui.app.read_situation import ORDER, read_situation
+from tui.app.recordings import TELL_S, Recordings
+from tui.app.screens.fly import FLY, flight_of
+from tui.app.screens.overlays import AskScreen
+from tui.app.screens.transfer import ARMED, agrees
+from tui.app.view import View
+
+BEING_SET = "a mode is on its way to the vehicle already"
+
+
+class Modes(Recordings):
+    """The app's actions on the feed-forward's mode and on the flight that runs."""
+
+    _ordered: JobState | None = None
+
+    def action_force_off(self) -> None:
+        """Force the feed-forward off without asking. The order uses the recording's links; begin one if none runs."""
+        self._views.force_off()
+        self._off_may_record = True
+        if not self._views.view().records:
+            self._record_for_off()
+        self._show()
+
+    def action_raise_ff(self) -> None:
+        """Ask for the words that raise the feed-forward by one step, if its gate lets it."""
+        view = self._views.view()
+        mode, why = raised_to(read_situation(self.desk, view))
+        if mode is None or self.desk.jobs.runs(ORDER):
+            self.notify(f"not raised: {why or BEING_SET}", severity="warning")
+            return
+
+        def asked() -> str:
+            armed = self._views.view().picture.armed is not Armed.DISARMED
+            return f"{ARMED} {mode.word.upper()}" if armed else mode.word.upper()
+
+        def answered(typed: str | None) -> None:
+            if typed is not None and agrees(typed, asked()):
+                self._send_mode(mode, view)
+            elif typed is not None:
+                self.notify(f"'{typed}' is not {asked()}: nothing was sent", severity="warning")
+
+        title = (
+            f"Type {asked()} to set the feed-forward of vehicle {view.picture.links[0].system} to {mode.word}"
+        )
+        self.push_screen(AskScreen(title, "sends it"), answered)
+
+    def action_lower_ff(self) -> None:
+        """Set a feed-forward that acts to shadow, without asking: less of it is the safer mode."""
+        view = self._views.view()
+        mode, why = lowered_to(read_situation(self.desk, view))
+        if mode is None or self.desk.jobs.runs(ORDER):
+            self.notify(f"not lowered: {why or BEING_SET}", severity="warning")
+            return
+        self._send_mode(mode, view)
+        self.notify(f"vehicle {view.picture.links[0].system} is being set to {mode.word}")
+
+    def action_end_flight(self) -> None:
+        """The end key of the flight that runs."""
+        jobs = self.desk.jobs
+        flight = flight_of(jobs)
+        if not jobs.press(FLY):
+            self.notify("no flight runs that was begun here; Off, sticks and disarming work as always")
+        elif flight is Flight.UNDER_WAY:
+            self._warn(
+                "the flight is ended: it holds its place; again disarms it",
+                lambda: flight_of(jobs) is Flight.UNDER_WAY,
+            )
+        else:
+            self._warn("the work on the flight is ended", lambda: jobs.runs(FLY))
+
+    def _send_mode(self, mode: Mode, view: View) -> None:
+        """Set the feed-forward of the vehicle on screen."""
+        system = str(view.picture.links[0].system)
+        self.desk.jobs.start(ORDER, (ORDER, mode.word, "--yes", "--system", system))
+        self._ordered = self.desk.jobs.state(ORDER)
+
+    def _tell_ordered(self) -> None:
+        """Say how an order to set the feed-forward ended."""
+        state = self.desk.jobs.state(ORDER)
+        if self._ordered is None or state is None or state.done is None:
+            return
+        self._ordered = None
+        done = state.done.code == exit_codes.DONE
+        words = (
+            f"in {state.done.result['mode']}, as the vehicle says" if done else f"not set: {state.done.why}"
+        )
+        self.notify(f"feed-forward {words}", severity="information" if done else "error", timeout=TELL_S)
