@@ -44,9 +44,10 @@ class Run:
         """Folder of the results that most sections keep."""
         return self.cache / "bench"
 
-    def campaigns(self, short: int) -> tuple[int, ...]:
-        """Seeds of the paper's campaigns, the first `short` of them in the quick form."""
-        return CAMPAIGN_SEEDS[: short if self.short else None]
+    @property
+    def campaigns(self) -> tuple[int, ...]:
+        """Seeds of the paper's campaigns, the first alone in the quick form."""
+        return CAMPAIGN_SEEDS[: 1 if self.short else None]
 
     def seeds(self, short: int, full: int) -> tuple[int, ...]:
         """Seeds from 1 on."""
@@ -82,16 +83,16 @@ SECTIONS = {
     "reading": Measurement(lambda run: reading.page(run.kept, _FIRST), reading.SOURCES),
     "bags": Measurement(lambda run: bags.page(run.kept), bags.SOURCES),
     "station": Measurement(lambda run: station.page(run.kept, _FIRST), station.SOURCES),
-    "thrift": Measurement(lambda run: thrift.page(run.kept, run.campaigns(1)), thrift.SOURCES),
+    "thrift": Measurement(lambda run: thrift.page(run.kept, run.campaigns), thrift.SOURCES),
     "prediction": Measurement(
-        lambda run: prediction.page(run.kept, run.campaigns(1), run.seeds(4, 20)), prediction.SOURCES
+        lambda run: prediction.page(run.kept, run.campaigns, run.seeds(4, 20)), prediction.SOURCES
     ),
-    "tracking": Measurement(lambda run: tracking.page(run.kept, run.campaigns(1)), tracking.SOURCES),
+    "tracking": Measurement(lambda run: tracking.page(run.kept, run.campaigns), tracking.SOURCES),
     "gap monitor": Measurement(
         lambda run: gap_monitor.page(run.kept, *((4, 4) if run.short else (40, 20))), gap_monitor.SOURCES
     ),
     "flying": Measurement(lambda run: flying.page(run.kept, 1 if run.short else 3), flying.SOURCES),
-    "ladder": Measurement(lambda run: ladder.page(run.kept, run.campaigns(1)), ladder.SOURCES),
+    "ladder": Measurement(lambda run: ladder.page(run.kept, run.campaigns), ladder.SOURCES),
     "paper network": Measurement(
         lambda run: paper_network.page(run.kept, _FIRST), paper_network.SOURCES, asked=True
     ),

@@ -31,7 +31,7 @@ def fixed(value: float, decimals: int) -> str:
     return f"{rounded + 0.0:.{max(decimals, 0)}f}".replace("-", MINUS)
 
 
-def decimals_of(value: float, digits: int = 3) -> int:
+def decimals_of(value: float, digits: int) -> int:
     """Decimals that leave `digits` significant digits of a finite `value`; negative for tens and hundreds."""
     rounded = float(f"{value:.{digits - 1}e}")
     return digits - 1 - math.floor(math.log10(abs(rounded))) if rounded else 0

@@ -260,7 +260,7 @@ class Group:
     values: tuple[float, ...]
 
 
-def grouped(title: str, names: Sequence[str], bars: Sequence[Group], height_in: float = 2.2) -> Panel:
+def grouped(title: str, names: Sequence[str], bars: Sequence[Group]) -> Panel:
     """Bars side by side above each name, from zero."""
     thick = WIDTH / max(len(bars), 1)
 
@@ -286,4 +286,4 @@ def grouped(title: str, names: Sequence[str], bars: Sequence[Group], height_in: 
         box.grid(visible=False, axis="x")
         entitle(box, title, "")
 
-    return Panel(draw, height_in)
+    return Panel(draw, 2.2)
