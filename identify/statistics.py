@@ -45,3 +45,13 @@ def left_of(columns: Array, value: Array) -> Array:
     """Residual of a value, (n,) or (n, k), after a least-squares fit of the columns of `columns`."""
     fitted, *_ = np.linalg.lstsq(columns, value, rcond=None)
     return np.asarray(value - columns @ fitted)
+
+
+def covariance_of_sum(rows: Array, lags: int) -> Array:
+    """Covariance (p, p) of the sum of rows (n, p) that are correlated with those less than `lags` later (Newey and
+    West 1987)."""
+    total = rows.T @ rows
+    for k in range(1, min(lags, len(rows))):
+        apart = (1 - k / lags) * rows[k:].T @ rows[:-k]
+        total += apart + apart.T
+    return np.asarray(total)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from bench.words import in_a_word, paragraph, table
-from identify.challenge.score import CLEAR, WIDE, Rate, Score
+from identify.challenge.score import CLEAR, WIDE, Measure, Rate, Score
 
 
 @dataclass(frozen=True)
@@ -39,45 +39,39 @@ def figure_words(figure: Rate | float | None, percent: bool = True) -> str:
     return f"{100 * figure:.1f} %" if percent else f"{figure:.2f}"
 
 
-def rate(name: str) -> Callable[[Score], Rate]:
-    """A function that takes a rate from a score, by the beginning of its sentence."""
-
-    def of(score: Score) -> Rate:
-        (wanted,) = [value for words, value in score.rates.items() if words == name]
-        return wanted
-
-    return of
+def rate(measure: Measure) -> Callable[[Score], Rate]:
+    return lambda score: score.rates[measure]
 
 
-def number(name: str) -> Callable[[Score], float | None]:
-    return lambda score: score.numbers[name]
+def number(measure: Measure) -> Callable[[Score], float | None]:
+    return lambda score: score.numbers[measure]
 
 
 GOALS = (
     Goal(
         "cause named first, or one of its true class: 97 %",
-        rate("one hidden: named first"),
+        rate(Measure.NAMED_FIRST),
         0.97,
     ),
-    Goal("both of two named: 90 %", rate("two hidden: both named"), 0.90),
-    Goal("mean class size under 1.5", number("mean class size"), most=1.5, percent=False),
-    Goal("right degree of freedom: 99 %", rate("right degree of freedom"), 0.99),
-    Goal("false alarms: 1 %", rate("false alarms where nothing hides"), most=0.01),
-    Goal("unknown called unknown: 90 %", rate("unknown called unknown"), 0.90),
-    Goal("known called unknown: 2 %", rate("known called unknown"), most=0.02),
+    Goal("both of two named: 90 %", rate(Measure.BOTH_NAMED), 0.90),
+    Goal("mean class size under 1.5", number(Measure.CLASS_SIZE), most=1.5, percent=False),
+    Goal("right degree of freedom: 99 %", rate(Measure.RIGHT_DOF), 0.99),
+    Goal("false alarms: 1 %", rate(Measure.FALSE_ALARMS), most=0.01),
+    Goal("unknown called unknown: 90 %", rate(Measure.UNKNOWN_AS_UNKNOWN), 0.90),
+    Goal("known called unknown: 2 %", rate(Measure.KNOWN_AS_UNKNOWN), most=0.02),
     Goal(
         "predicted shrink within 5 points of the measured (mean of the differences' sizes)",
-        number("predicted less measured shrink, mean size"),
+        number(Measure.SHRINK_ERROR),
         most=0.05,
     ),
     Goal(
         "90 % of the closable gap closed, on check dives",
-        number("share of all gaps on check dives that is closed"),
+        number(Measure.GAP_CLOSED),
         0.90,
     ),
     Goal(
         "expected calibration error of the probabilities: 0.05",
-        number("calibration error of probabilities"),
+        number(Measure.CALIBRATION_ERROR),
         most=0.05,
         percent=False,
     ),
@@ -87,53 +81,53 @@ GOALS = (
 ALSO = (
     (
         "cause named first, or among those that the answer calls equally likely",
-        "one hidden: named first, or called equally likely",
+        Measure.FIRST_OR_ALIKE,
     ),
     (
         f"the same where it is {CLEAR:g} or more over the floor",
-        f"one hidden, {CLEAR:g} or more over the floor: named first",
+        Measure.CLEAR_NAMED_FIRST,
     ),
     (
         f"both of two named, each {CLEAR:g} or more over the floor by itself",
-        f"two hidden, each {CLEAR:g} or more over the floor by itself: both named",
+        Measure.CLEAR_BOTH_NAMED,
     ),
-    ("right degree of freedom, where a gap is told", "where a gap is told: right degree of freedom"),
+    ("right degree of freedom, where a gap is told", Measure.RIGHT_DOF_OF_GAP),
     (
         "false alarms where the disturbance has one pole",
-        "false alarms where the disturbance has one pole, as the nominal model takes it",
+        Measure.FALSE_ALARMS_ONE_POLE,
     ),
     (
         f"unknown, {CLEAR:g} or more over the floor, called unknown",
-        f"unknown, {CLEAR:g} or more over the floor: called unknown",
+        Measure.CLEAR_UNKNOWN_AS_UNKNOWN,
     ),
-    ("unknown called no gap", "unknown: called no gap"),
-    ("known called no gap", "known called no gap"),
-    ("taken up whole by a refit: no gap, or named", "taken up by a refit: no gap, or named"),
-    ("one hidden: magnitudes within their 95 % intervals", "magnitudes within their 95 % intervals"),
+    ("unknown called no gap", Measure.UNKNOWN_AS_NO_GAP),
+    ("known called no gap", Measure.KNOWN_AS_NO_GAP),
+    ("taken up whole by a refit: no gap, or named", Measure.ABSORBED_OR_NAMED),
+    ("one hidden: magnitudes within their 95 % intervals", Measure.MAGNITUDES_INSIDE),
     (
         "two hidden: magnitudes within their 95 % intervals",
-        "two hidden: magnitudes within their 95 % intervals",
+        Measure.TWO_MAGNITUDES_INSIDE,
     ),
 )
 
 NUMBERS = (
-    ("causes named that do not hide, a dive", "causes named that do not hide, a case", False),
-    ("one hidden: magnitude error, median", "magnitude error, median", True),
-    ("two hidden: magnitude error, median", "two hidden: magnitude error, median", True),
-    ("predicted less measured shrink, median size", "predicted less measured shrink, median size", True),
+    ("causes named that do not hide, a dive", Measure.WRONG_CAUSES, False),
+    ("one hidden: magnitude error, median", Measure.MAGNITUDE_ERROR, True),
+    ("two hidden: magnitude error, median", Measure.TWO_MAGNITUDE_ERROR, True),
+    ("predicted less measured shrink, median size", Measure.SHRINK_ERROR_MEDIAN, True),
     (
         f"predicted less measured shrink, mean size, where the check dive drifts {WIDE:g} floors or more before",
-        f"predicted less measured shrink, mean size, of gaps of {WIDE:g} floors or more",
+        Measure.SHRINK_ERROR_WIDE,
         True,
     ),
-    ("measured shrink, median", "measured shrink, median", True),
+    ("measured shrink, median", Measure.SHRINK, True),
 )
 
 
 def lines(score: Score) -> list[str]:
     """The goals, and the other figures of the score."""
-    rows = [(words, figure_words(score.rates[name])) for words, name in ALSO]
-    rows += [(words, figure_words(score.numbers[name], percent)) for words, name, percent in NUMBERS]
+    rows = [(words, figure_words(score.rates[measure])) for words, measure in ALSO]
+    rows += [(words, figure_words(score.numbers[measure], percent)) for words, measure, percent in NUMBERS]
     return [
         *table(("goal", "figure (95 % bounds)", ""), [goal.row(score) for goal in GOALS]),
         "",
@@ -143,7 +137,8 @@ def lines(score: Score) -> list[str]:
         "",
         *paragraph(
             "A goal is judged by the figure itself. A dive that the diagnosis refused counts as wrong. The true class",
-            "holds the causes that no method can tell apart from such a recording (`identify/challenge/score.py`).",
+            "holds the causes that no method can tell apart from such a recording",
+            "(`identify/challenge/true_class.py`).",
             "How large an effect truly is, is told by the library's form that comes nearest to what was planted, over",
             "that dive (`identify/challenge/nearest_parameters.py`); the error of a magnitude is over that.",
         ),

@@ -12,8 +12,9 @@ from bench.diagnosis.goals import figure_words
 from bench.diagnosis.trials import Trial
 from bench.words import paragraph, table
 from bridge.vehicle.config import load_vehicle
+from identify.challenge.answer import UNMEASURED, VECTORS, errors
 from identify.challenge.planted_effects import ABSORBED
-from identify.challenge.score import BINS, UNMEASURED, VECTORS, Judged, Rate, errors
+from identify.challenge.score import BINS, Judged, Rate
 from identify.effects.library import library
 
 BY_EFFECT = (

@@ -19,8 +19,8 @@ from bench.diagnosis.sources import ANSWERS
 from bench.remembered import Data, Job, Remembered
 from bench.stamp import stamp
 from bridge.errors import SeatrialError
+from identify.challenge.answer import Answer, answer_of
 from identify.challenge.case import Case, check_of, dive_of
-from identify.challenge.score import Answer, answer_of
 from identify.challenge.seal import tlog_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis, plain

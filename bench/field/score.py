@@ -8,7 +8,8 @@ from typing import Any
 
 from bench.field.draw import NONE
 from bench.remembered import Data
-from identify.challenge.score import Named, Rate, errors, named_in
+from identify.challenge.answer import Named, errors, named_in
+from identify.challenge.score import Rate
 
 LIKELY = 0.5
 HULL = "quadratic_drag"

@@ -15,8 +15,8 @@ from identify.challenge.nearest_parameters import nearest, sizes
 from identify.challenge.novel_effects import NOVEL
 from identify.challenge.planted_effects import ABSORBED, BY_NAME_ALONE, PLANTS
 from identify.challenge.scenario import Planted, Scenario, scenario_of
-from identify.challenge.score import alike
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
+from identify.challenge.true_class import alike
 from identify.challenge.vehicles import STEP_S, DrawnVehicle, draw_clock, draw_noise, draw_vehicle
 from identify.dive import Dive
 

@@ -1,17 +1,16 @@
 """`score`: compares the answers of a diagnosis with the hidden truth and gives rates with Wilson intervals."""
 
-import json
 import math
 import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from itertools import permutations
-from pathlib import Path
 from typing import Any
 
-from bridge.errors import LogError
+from identify.challenge.answer import Answer, Named, errors
 from identify.challenge.planted_effects import ABSORBED
-from identify.challenge.vehicles import LAG_S
+from identify.challenge.true_class import alike
 from identify.statistics import wilson
 
 CLEAR = 0.5
@@ -24,35 +23,37 @@ BINS = 10
 """Bins of probability, to compare stated probabilities with the share that was right."""
 
 
-@dataclass(frozen=True)
-class Named:
-    """A cause in an answer. parameters: value and 95 % interval (NaN if missing)."""
+class Measure(Enum):
+    """A measure of the score; the value is its sentence."""
 
-    name: str
-    also: tuple[str, ...]
-    probability: float
-    parameters: dict[str, tuple[float, float, float]]
-
-
-@dataclass(frozen=True)
-class Answer:
-    """A diagnosis as far as it is scored.
-
-    dofs: shares of the gap by degree of freedom. predicted, measured: shrink of the gap on held-out legs and on
-    the check dive. before, after: drifts on the check dive, in noise floors. NaN if missing.
-    """
-
-    verdict: str
-    named: tuple[Named, ...]
-    dofs: dict[str, float]
-    predicted: float
-    measured: float
-    before: float = math.nan
-    after: float = math.nan
-
-    @property
-    def first_dof(self) -> str | None:
-        return max(self.dofs, key=lambda dof: self.dofs[dof]) if self.dofs else None
+    NAMED_FIRST = "one hidden: named first"
+    FIRST_OR_ALIKE = "one hidden: named first, or called equally likely"
+    CLEAR_NAMED_FIRST = f"one hidden, {CLEAR:g} or more over the floor: named first"
+    BOTH_NAMED = "two hidden: both named"
+    CLEAR_BOTH_NAMED = f"two hidden, each {CLEAR:g} or more over the floor by itself: both named"
+    RIGHT_DOF = "right degree of freedom"
+    RIGHT_DOF_OF_GAP = "where a gap is told: right degree of freedom"
+    FALSE_ALARMS = "false alarms where nothing hides"
+    FALSE_ALARMS_ONE_POLE = "false alarms where the disturbance has one pole, as the nominal model takes it"
+    UNKNOWN_AS_UNKNOWN = "unknown called unknown"
+    CLEAR_UNKNOWN_AS_UNKNOWN = f"unknown, {CLEAR:g} or more over the floor: called unknown"
+    UNKNOWN_AS_NO_GAP = "unknown: called no gap"
+    KNOWN_AS_UNKNOWN = "known called unknown"
+    KNOWN_AS_NO_GAP = "known called no gap"
+    ABSORBED_OR_NAMED = "taken up by a refit: no gap, or named"
+    MAGNITUDES_INSIDE = "magnitudes within their 95 % intervals"
+    TWO_MAGNITUDES_INSIDE = "two hidden: magnitudes within their 95 % intervals"
+    UNANSWERED = "without an answer"
+    CLASS_SIZE = "mean class size"
+    WRONG_CAUSES = "causes named that do not hide, a case"
+    MAGNITUDE_ERROR = "magnitude error, median"
+    TWO_MAGNITUDE_ERROR = "two hidden: magnitude error, median"
+    SHRINK_ERROR = "predicted less measured shrink, mean size"
+    SHRINK_ERROR_MEDIAN = "predicted less measured shrink, median size"
+    SHRINK_ERROR_WIDE = f"predicted less measured shrink, mean size, of gaps of {WIDE:g} floors or more"
+    SHRINK = "measured shrink, median"
+    GAP_CLOSED = "share of all gaps on check dives that is closed"
+    CALIBRATION_ERROR = "calibration error of probabilities"
 
 
 @dataclass(frozen=True)
@@ -83,10 +84,10 @@ class EffectScore:
 
 @dataclass(frozen=True)
 class Score:
-    """All rates by their sentence, and further numbers (None if no case gives one)."""
+    """All rates, and further numbers (None if no case gives one)."""
 
-    rates: dict[str, Rate]
-    numbers: dict[str, float | None]
+    rates: dict[Measure, Rate]
+    numbers: dict[Measure, float | None]
     effects: tuple[EffectScore, ...]
     unanswered: tuple[str, ...]
 
@@ -175,44 +176,42 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
     off, inside = _magnitudes(by["one"] + by["absorbed"])
     off_two, inside_two = _magnitudes(by["two"])
     rates = {
-        "one hidden: named first": _rate(by["one"], Judged.first),
-        "one hidden: named first, or called equally likely": _rate(by["one"], Judged.first_or_alike),
-        f"one hidden, {CLEAR:g} or more over the floor: named first": _rate(clear, Judged.first),
-        "two hidden: both named": _rate(by["two"], Judged.both),
-        f"two hidden, each {CLEAR:g} or more over the floor by itself: both named": _rate(
+        Measure.NAMED_FIRST: _rate(by["one"], Judged.first),
+        Measure.FIRST_OR_ALIKE: _rate(by["one"], Judged.first_or_alike),
+        Measure.CLEAR_NAMED_FIRST: _rate(clear, Judged.first),
+        Measure.BOTH_NAMED: _rate(by["two"], Judged.both),
+        Measure.CLEAR_BOTH_NAMED: _rate(
             [case for case in by["two"] if case.smallest() >= CLEAR], Judged.both
         ),
-        "right degree of freedom": _rate(known + by["novel"], Judged.where),
-        "where a gap is told: right degree of freedom": _rate(
+        Measure.RIGHT_DOF: _rate(known + by["novel"], Judged.where),
+        Measure.RIGHT_DOF_OF_GAP: _rate(
             [case for case in known + by["novel"] if case.verdict not in ("", "no_gap")], Judged.where
         ),
-        "false alarms where nothing hides": _rate(none, lambda c: c.verdict != "no_gap"),
-        "false alarms where the disturbance has one pole, as the nominal model takes it": _rate(
+        Measure.FALSE_ALARMS: _rate(none, lambda c: c.verdict != "no_gap"),
+        Measure.FALSE_ALARMS_ONE_POLE: _rate(
             [case for case in none if case.truth["poles"] == 1], lambda c: c.verdict != "no_gap"
         ),
-        "unknown called unknown": _rate(by["novel"], lambda c: c.verdict == "unknown"),
-        f"unknown, {CLEAR:g} or more over the floor: called unknown": _rate(
+        Measure.UNKNOWN_AS_UNKNOWN: _rate(by["novel"], lambda c: c.verdict == "unknown"),
+        Measure.CLEAR_UNKNOWN_AS_UNKNOWN: _rate(
             [case for case in by["novel"] if case.truth["size"] >= CLEAR], lambda c: c.verdict == "unknown"
         ),
-        "unknown: called no gap": _rate(by["novel"], lambda c: c.verdict == "no_gap"),
-        "known called unknown": _rate(known, lambda c: c.verdict == "unknown"),
-        "known called no gap": _rate(known, lambda c: c.verdict == "no_gap"),
-        "taken up by a refit: no gap, or named": _rate(
-            by["absorbed"], lambda c: c.verdict == "no_gap" or c.first()
-        ),
-        "magnitudes within their 95 % intervals": inside,
-        "two hidden: magnitudes within their 95 % intervals": inside_two,
-        "without an answer": _rate(cases, lambda c: c.answer is None),
+        Measure.UNKNOWN_AS_NO_GAP: _rate(by["novel"], lambda c: c.verdict == "no_gap"),
+        Measure.KNOWN_AS_UNKNOWN: _rate(known, lambda c: c.verdict == "unknown"),
+        Measure.KNOWN_AS_NO_GAP: _rate(known, lambda c: c.verdict == "no_gap"),
+        Measure.ABSORBED_OR_NAMED: _rate(by["absorbed"], lambda c: c.verdict == "no_gap" or c.first()),
+        Measure.MAGNITUDES_INSIDE: inside,
+        Measure.TWO_MAGNITUDES_INSIDE: inside_two,
+        Measure.UNANSWERED: _rate(cases, lambda c: c.answer is None),
     }
     numbers = {
-        "mean class size": _mean(1.0 + len(named.also) for case in cases for named in case.named),
-        "causes named that do not hide, a case": _mean(
+        Measure.CLASS_SIZE: _mean(1.0 + len(named.also) for case in cases for named in case.named),
+        Measure.WRONG_CAUSES: _mean(
             float(sum(not case.right(named) for named in case.named)) for case in cases if case.answer
         ),
-        "magnitude error, median": _median(off),
-        "two hidden: magnitude error, median": _median(off_two),
+        Measure.MAGNITUDE_ERROR: _median(off),
+        Measure.TWO_MAGNITUDE_ERROR: _median(off_two),
         **_shrinks(known),
-        "calibration error of probabilities": _calibration(cases),
+        Measure.CALIBRATION_ERROR: _calibration(cases),
     }
     unanswered = tuple(str(case.truth["name"]) for case in cases if case.answer is None)
     return Score(rates, numbers, _effect_scores(by["one"]), unanswered)
@@ -249,7 +248,7 @@ def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
     return off, Rate(sum(inside), len(inside))
 
 
-def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:
+def _shrinks(cases: Sequence[Judged]) -> dict[Measure, float | None]:
     answers = [case.answer for case in cases if case.answer is not None]
     apart = [abs(answer.predicted - answer.measured) for answer in answers]
     wide = [abs(answer.predicted - answer.measured) for answer in answers if answer.before >= WIDE]
@@ -258,13 +257,11 @@ def _shrinks(cases: Sequence[Judged]) -> dict[str, float | None]:
     ]
     gap = sum(max(before - 1.0, 0.0) for before, _ in known)
     return {
-        "predicted less measured shrink, mean size": _mean(apart),
-        "predicted less measured shrink, median size": _median(apart),
-        f"predicted less measured shrink, mean size, of gaps of {WIDE:g} floors or more": _mean(wide),
-        "measured shrink, median": _median(answer.measured for answer in answers),
-        "share of all gaps on check dives that is closed": (
-            sum(before - after for before, after in known) / gap if gap > 0 else None
-        ),
+        Measure.SHRINK_ERROR: _mean(apart),
+        Measure.SHRINK_ERROR_MEDIAN: _median(apart),
+        Measure.SHRINK_ERROR_WIDE: _mean(wide),
+        Measure.SHRINK: _median(answer.measured for answer in answers),
+        Measure.GAP_CLOSED: (sum(before - after for before, after in known) / gap if gap > 0 else None),
     }
 
 
@@ -296,115 +293,3 @@ def _effect_scores(cases: Sequence[Judged]) -> tuple[EffectScore, ...]:
             )
         )
     return tuple(out)
-
-
-VERDICTS = ("no_gap", "explained", "partly", "ambiguous", "unknown")
-
-
-@dataclass(frozen=True)
-class Alike:
-    """Causes that count as the same, with the reason; `without_rpm`: only if no shaft speeds are recorded."""
-
-    names: frozenset[str]
-    reason: str
-    without_rpm: bool = False
-
-
-SAME = (
-    Alike(
-        frozenset({"command_delay", "thruster_lag"}),
-        "a delay and a lag differ in the second order of a short time only: cosine 0.91 to 0.99, with shaft speeds "
-        "too, unless the log is faster than 50 Hz",
-    ),
-    Alike(
-        frozenset({"fouling", "battery_sag"}),
-        "growing drag and falling thrust look alike (cosine 0.86 to 0.96) while nothing tells how fast the shafts turn",
-        without_rpm=True,
-    ),
-    Alike(
-        frozenset({"load_sag", "thrust_curve"}),
-        "both change thrust by how hard is pushed (cosine 0.93 to 0.99) while nothing tells how fast the shafts turn",
-        without_rpm=True,
-    ),
-    Alike(
-        frozenset({"net_buoyancy", "thrust_bias"}),
-        "a vehicle that stays level can't tell weight from a constant push down",
-    ),
-    Alike(frozenset(ABSORBED), "each is taken up by a refit of masses and dampings, and shows in nothing else"),
-)  # fmt: skip
-
-
-def alike(name: str, rpm: bool) -> frozenset[str]:
-    """Names that no method could distinguish from `name` in such a recording, `name` included."""
-    out = {name}
-    for group in SAME:
-        if name in group.names and not (group.without_rpm and rpm):
-            out |= group.names
-    return frozenset(out)
-
-
-def read_answer(path: Path) -> Answer | None:
-    """Read the answer from a file; None if the file does not exist. Raises LogError if it holds no valid answer."""
-    try:
-        text = path.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        return None
-    except (OSError, UnicodeDecodeError):
-        raise LogError(f"{path}: can't be read; give the JSON that diagnose wrote") from None
-    try:
-        return answer_of(json.loads(text))
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
-        raise LogError(f"{path}: is no answer of diagnose ({error}); give the JSON that it wrote") from None
-
-
-def answer_of(data: dict[str, Any]) -> Answer:
-    """Parse an answer in the schema's form; ValueError, KeyError, TypeError or AttributeError if it is invalid."""
-    if data["verdict"] not in VERDICTS:
-        raise ValueError(f"the verdict is '{data['verdict']}'")
-    dofs: dict[str, float] = {}
-    for place in data["gap"]["where"]:
-        dofs[place["dof"]] = dofs.get(place["dof"], 0.0) + _number(place["share"])
-    shrink = data["shrink"]
-    check = shrink["check"] or {}
-    return Answer(
-        data["verdict"],
-        tuple(named_in(effect) for effect in data["effects"]),
-        dofs,
-        _number((shrink["heldout"] or {}).get("value")),
-        _number(check.get("value")),
-        _number(check.get("before")),
-        _number(check.get("after")),
-    )
-
-
-def named_in(effect: Mapping[str, Any]) -> Named:
-    """A cause that an answer names, of its JSON."""
-    parameters = {
-        name: (_number(p["value"]), _number(p.get("low95")), _number(p.get("high95")))
-        for name, p in effect["parameters"].items()
-    }
-    return Named(effect["name"], tuple(effect["also"]), _number(effect["probability"]), parameters)
-
-
-def _number(value: Any) -> float:
-    return math.nan if value is None else float(value)
-
-
-ABSENT_AT = {"gain": 1.0, "scale": 1.0, "ratio": 1.0, "time_constant": LAG_S}
-"""Parameter values at which an effect is absent, if not zero."""
-
-VECTORS = ("x", "y", "z", "north", "east", "X", "Y", "Z", "roll", "pitch")
-"""Components of a vector: the error of each is divided by the length of the vector."""
-
-UNMEASURED = ("thruster", "period")
-
-
-def errors(truth: dict[str, float], named: Named) -> dict[str, float]:
-    """Relative error of each parameter that both the truth and the answer give."""
-    length = math.hypot(*(truth[name] for name in VECTORS if name in truth))
-    out = {}
-    for name, true in truth.items():
-        scale = length if name in VECTORS else abs(true - ABSENT_AT.get(name, 0.0))
-        if name in named.parameters and name not in UNMEASURED and scale > 0:
-            out[name] = abs(named.parameters[name][0] - true) / scale
-    return out

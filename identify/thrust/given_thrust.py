@@ -26,7 +26,7 @@ from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.thrusters import Allocator, allocation_matrix, thrust_curve
 from identify.align import AlignedDive, aligned, low_pass
 from identify.dive import Dive, Signal
-from identify.statistics import Z95
+from identify.statistics import Z95, covariance_of_sum
 from identify.thrust.wrench import asked_thrusts, tells_thrusters
 from identify.thrust.wrench_history import history_of
 
@@ -140,11 +140,7 @@ def _solved(regressors: Array, instruments: Array, wrenches: Array) -> tuple[Arr
     factors = inverse @ (z[:, shown].T @ y)
     left = wrenches - regressors[:, :, shown] @ factors
     pull = np.einsum("anp,an->np", instruments[:, :, shown], left)
-    spread = pull.T @ pull
-    steps = min(round(MEMORY_S * RATE_HZ), len(pull))
-    for k in range(1, steps):
-        apart = (1 - k / steps) * pull[k:].T @ pull[:-k]
-        spread += apart + apart.T
+    spread = covariance_of_sum(pull, round(MEMORY_S * RATE_HZ))
     value, error = np.zeros(len(shown)), np.full(len(shown), np.inf)
     value[shown] = factors
     error[shown] = np.sqrt(np.maximum(np.diag(inverse @ spread @ inverse.T), 0.0))

@@ -11,6 +11,7 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from identify.align import AlignedDive, low_pass
 from identify.dive import Dive
+from identify.statistics import covariance_of_sum
 from identify.validation.tracking import (
     CUTOFF_HZ,
     LEAST_SLOPE,
@@ -153,15 +154,10 @@ def _size(name: str, fed: float, seen: float, error: float, unit: str) -> Criter
 def _fitted(x: Array, y: Array) -> tuple[Array, Array]:
     """Least-squares factors of the columns of x (n, k) for y (n,), and their standard errors.
 
-    The standard errors allow for correlated residuals (Newey and West 1987).
+    The standard errors allow for correlated residuals.
     """
     factors, *_ = np.linalg.lstsq(x, y, rcond=None)
-    pull = x * (y - x @ factors)[:, None]
-    spread = pull.T @ pull
-    steps = round(MEMORY_S * RATE_HZ)
-    for k in range(1, min(steps, len(pull))):
-        apart = (1 - k / steps) * pull[k:].T @ pull[:-k]
-        spread += apart + apart.T
+    spread = covariance_of_sum(x * (y - x @ factors)[:, None], round(MEMORY_S * RATE_HZ))
     inverse = np.linalg.pinv(x.T @ x)
     error: Array = np.sqrt(np.maximum(np.diag(inverse @ spread @ inverse), 0.0))
     return np.asarray(factors, np.float64), error

@@ -13,9 +13,10 @@ from bench.diagnosis.plan import (
     power_planned,
 )
 from bench.diagnosis.trials import Trial, effects_for
+from identify.challenge.answer import Answer, Named
 from identify.challenge.novel_effects import NOVEL
 from identify.challenge.planted_effects import ABSORBED, PLANTS
-from identify.challenge.score import Answer, Named, Rate
+from identify.challenge.score import Rate
 
 NAN = math.nan
 

@@ -3,8 +3,9 @@
 import pytest
 from soak import rest_in_soak, rows_rest_in_soak
 
+from identify.challenge.answer import answer_of
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.score import Judged, answer_of
+from identify.challenge.score import Judged
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import plain
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 import pytest
 
 from bridge.errors import LogError
+from identify.challenge.answer import answer_of, errors, read_answer
 from identify.challenge.case import draw_case, left_out
 from identify.challenge.novel_effects import NOVEL
-from identify.challenge.score import Rate, answer_of, errors, read_answer, score
+from identify.challenge.score import Rate, score
 from identify.challenge.seal import hash_path, key_path, locked, read_key, seal, unsealed, write_key
 from tui.cli import main
 
@@ -61,10 +62,19 @@ def judged(*pairs):
 
 
 def hits(result, beginning):
-    (rate,) = [rate for name, rate in result.rates.items() if name == beginning] or [
-        rate for name, rate in result.rates.items() if name.startswith(beginning)
-    ]
+    rate = of(result.rates, beginning)
     return rate.hits, rate.of
+
+
+def of(values, words):
+    """The value of the measure whose sentence is, or begins with, these words."""
+    by_sentence = {measure.value: value for measure, value in values.items()}
+    (value,) = (
+        [by_sentence[words]]
+        if words in by_sentence
+        else [value for sentence, value in by_sentence.items() if sentence.startswith(words)]
+    )
+    return value
 
 
 def test_a_cause_counts_by_its_name_or_its_true_class():
@@ -78,7 +88,7 @@ def test_a_cause_counts_by_its_name_or_its_true_class():
     )
     assert hits(result, "one hidden: named first") == (3, 6)
     assert hits(result, "one hidden: named first, or called equally likely") == (4, 6)
-    assert result.numbers["mean class size"] == pytest.approx((5 * 1 + 3) / 6)
+    assert of(result.numbers, "mean class size") == pytest.approx((5 * 1 + 3) / 6)
 
 
 def test_of_causes_named_for_one_that_hides_only_the_first_counts():
@@ -193,11 +203,11 @@ def test_magnitudes_and_shrinks_are_held_beside_the_truth():
             answer("explained", "dvl_delay", parameters=delay, shrink=(0.9, 0.86), probability=0.8),
         )
     )
-    assert result.numbers["magnitude error, median"] == pytest.approx(0.2)
-    inside = result.rates["magnitudes within their 95 % intervals"]
+    assert of(result.numbers, "magnitude error, median") == pytest.approx(0.2)
+    inside = of(result.rates, "magnitudes within their 95 % intervals")
     assert (inside.hits, inside.of) == (1, 1)
-    assert result.numbers["predicted less measured shrink, mean size"] == pytest.approx(0.04)
-    assert result.numbers["calibration error of probabilities"] == pytest.approx(0.2)
+    assert of(result.numbers, "predicted less measured shrink, mean size") == pytest.approx(0.04)
+    assert of(result.numbers, "calibration error of probabilities") == pytest.approx(0.2)
 
 
 def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes():
@@ -206,11 +216,11 @@ def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes():
     single = answer("explained", "waves", parameters=delay)
     pair = truth("a", "two", "dvl_delay", "waves")
     result = judged((pair, both), ({**pair, "name": "b"}, single))
-    assert result.numbers["two hidden: magnitude error, median"] == pytest.approx(0.2)
-    pairs = result.rates["two hidden: magnitudes within their 95 % intervals"]
+    assert of(result.numbers, "two hidden: magnitude error, median") == pytest.approx(0.2)
+    pairs = of(result.rates, "two hidden: magnitudes within their 95 % intervals")
     assert (pairs.hits, pairs.of) == (0, 3)
-    assert result.rates["magnitudes within their 95 % intervals"].of == 0
-    assert result.numbers["magnitude error, median"] is None
+    assert of(result.rates, "magnitudes within their 95 % intervals").of == 0
+    assert of(result.numbers, "magnitude error, median") is None
 
 
 def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_vector():
@@ -225,16 +235,18 @@ def test_the_gap_that_is_closed_is_pooled_over_check_dives():
     wide, narrow = answer("explained", "waves"), answer("explained", "waves")
     wide, narrow = replace(wide, before=5.0, after=1.4), replace(narrow, before=1.5, after=1.5)
     result = judged((truth("a", "one", "waves"), wide), (truth("b", "one", "waves"), narrow))
-    assert result.numbers["share of all gaps on check dives that is closed"] == pytest.approx(3.6 / 4.5)
+    assert of(result.numbers, "share of all gaps on check dives that is closed") == pytest.approx(3.6 / 4.5)
 
 
 def test_a_shrink_is_predicted_well_or_badly_where_there_is_a_gap_to_close():
     wide = replace(answer("explained", "waves", shrink=(0.9, 0.8)), before=2.0)
     narrow = replace(answer("explained", "waves", shrink=(0.9, 0.1)), before=1.1)
     result = judged((truth("a", "one", "waves"), wide), (truth("b", "one", "waves"), narrow))
-    (apart,) = [value for name, value in result.numbers.items() if name.endswith("floors or more")]
+    (apart,) = [
+        value for measure, value in result.numbers.items() if measure.value.endswith("floors or more")
+    ]
     assert apart == pytest.approx(0.1)
-    assert result.numbers["predicted less measured shrink, mean size"] == pytest.approx(0.45)
+    assert of(result.numbers, "predicted less measured shrink, mean size") == pytest.approx(0.45)
 
 
 def test_what_is_left_out_of_the_library_is_unknown_and_hides_nowhere_else():

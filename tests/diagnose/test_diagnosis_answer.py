@@ -10,7 +10,7 @@ import pytest
 from fakes.shared import shared
 
 from bridge.vehicle.config import load_vehicle
-from identify.challenge.score import answer_of
+from identify.challenge.answer import answer_of
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.gap.drift import Drift
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained

@@ -8,8 +8,9 @@ from typing import Any
 from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.files import check_small
+from identify.challenge.answer import Answer, read_answer
 from identify.challenge.case import left_out
-from identify.challenge.score import Answer, Rate, Score, read_answer, score
+from identify.challenge.score import Rate, Score, score
 from identify.challenge.seal import hash_path, key_path, seal, unsealed
 from tui import show
 
@@ -86,7 +87,10 @@ def _score(arguments: argparse.Namespace) -> int:
 
 def _show(result: Score, json_target: str | None) -> None:
     console = show.results(json_target)
-    rows = [(_percent(rate), *_bounds(rate), str(rate.of), name) for name, rate in result.rates.items()]
+    rows = [
+        (_percent(rate), *_bounds(rate), str(rate.of), measure.value)
+        for measure, rate in result.rates.items()
+    ]
     columns = ("%", "low 95", "high 95", "cases", "what")
     show.put(console, show.Table("rates", columns, rows, columns[:4]))
     effects = [
@@ -100,7 +104,7 @@ def _show(result: Score, json_target: str | None) -> None:
     ]
     heads = ("effect", "named", "smallest named", "largest missed")
     show.put(console, show.Table("by effect, sizes over the noise floor", heads, effects, heads[1:]))
-    values = [(show.number(value, 3), name) for name, value in result.numbers.items()]
+    values = [(show.number(value, 3), measure.value) for measure, value in result.numbers.items()]
     show.put(console, show.Table("numbers", ("value", "what"), values, ("value",)))
     if result.unanswered:
         show.say(console, f"no answer, so nothing named there: {', '.join(result.unanswered)}")
@@ -123,11 +127,11 @@ def _bounds(rate: Rate) -> tuple[str, str]:
 def _plain(result: Score) -> dict[str, Any]:
     return {
         "rates": {
-            name: {"hits": rate.hits, "of": rate.of, "share": rate.share, "low95": rate.bounds()[0],
-                   "high95": rate.bounds()[1]}
-            for name, rate in result.rates.items()
+            measure.value: {"hits": rate.hits, "of": rate.of, "share": rate.share, "low95": rate.bounds()[0],
+                            "high95": rate.bounds()[1]}
+            for measure, rate in result.rates.items()
         },
-        "numbers": result.numbers,
+        "numbers": {measure.value: value for measure, value in result.numbers.items()},
         "effects": {
             effect.name: {"hits": effect.rate.hits, "of": effect.rate.of, "smallest_found": effect.smallest_found,
                        "largest_missed": effect.largest_missed}
