@@ -13,8 +13,9 @@ from identify.estimators.filter.information import STEP, gradient_and_informatio
 from identify.estimators.filter.innovations import innovations, smoothed_velocity
 from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
 from identify.estimators.filter.transitions import transitions
-from identify.estimators.likelihood.axis import DISTURBANCE, FASTEST_S, MASS, likelihood_of, rigid_mass
+from identify.estimators.likelihood.axis import DISTURBANCE, FASTEST_S, MASS
 from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.likelihood.priors import likelihood_of, rigid_mass
 from identify.estimators.likelihood.scoring import score, weigh
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])

@@ -13,7 +13,7 @@ from bench.missions.mission import draw_one
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.axes.build import build_axes
-from identify.estimators.likelihood import axis as likelihood_axis
+from identify.estimators.likelihood import priors
 from identify.estimators.pinn import training as pinn_fit
 from identify.estimators.table import estimator
 from identify.nuisance import disturbance, noise, time_constant
@@ -36,8 +36,8 @@ def test_mass_and_damping_lie_in_their_intervals_as_often_as_they_should():
 
 def test_on_a_rich_dive_of_all_axes_network_and_likelihood_come_to_the_same(monkeypatch):
     """With a disturbance of first order: the network knows no other."""
-    monkeypatch.setattr(likelihood_axis, "SECOND_POLE", -12.0)
-    monkeypatch.setattr(likelihood_axis, "SECOND_POLE_SPREAD", 0.1)
+    monkeypatch.setattr(priors, "SECOND_POLE", -12.0)
+    monkeypatch.setattr(priors, "SECOND_POLE_SPREAD", 0.1)
     mission = draw_one(100_000, seconds=60.0, kind="rocking")
     ours, theirs = (
         estimator(method)(mission.dive, mission.file, mission.configuration, network_tasks.quiet)

@@ -18,7 +18,8 @@ from identify.doubt import Outcome
 from identify.estimators.axes.build import build_axes
 from identify.estimators.identifiability import with_drag_forces
 from identify.estimators.likelihood import intervals
-from identify.estimators.likelihood.axis import DAMPING, likelihood_of
+from identify.estimators.likelihood.axis import DAMPING
+from identify.estimators.likelihood.priors import likelihood_of
 from identify.estimators.table import estimator
 
 QUADRATIC = 40.0

@@ -17,7 +17,8 @@ from identify.estimators.filter.innovations import innovations, smoothed_velocit
 from identify.estimators.filter.state import VELOCITY
 from identify.estimators.filter.transitions import transitions
 from identify.estimators.likelihood.answer import estimate
-from identify.estimators.likelihood.axis import FORCES, likelihood_of, rigid_mass
+from identify.estimators.likelihood.axis import FORCES
+from identify.estimators.likelihood.priors import likelihood_of, rigid_mass
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
 from identify.estimators.missing_forces.forms import Kind
 from identify.estimators.missing_forces.screening import Lack

@@ -9,10 +9,11 @@ from fitted import gaussian
 
 from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood import fit as starts
-from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, MASS, TIME_CONSTANT, likelihood_of
+from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, MASS, TIME_CONSTANT
 from identify.estimators.likelihood.fit import regressed, rough_maximum
 from identify.estimators.likelihood.intervals import integrated, stretches
 from identify.estimators.likelihood.joint import alone
+from identify.estimators.likelihood.priors import likelihood_of
 from identify.estimators.likelihood.scoring import Maximum, climb, log_posterior, weigh
 from identify.statistics import Z95
 

@@ -17,8 +17,9 @@ import numpy as np
 from bridge.arrays import Array
 from identify.diagnose.filters.nominal import NEARLY, Nominal
 from identify.diagnose.filters.regression import LEVELLED
-from identify.estimators.likelihood.axis import SECOND_POLE, TIME_CONSTANT, AxisLikelihood
+from identify.estimators.likelihood.axis import TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood.joint import alone
+from identify.estimators.likelihood.priors import SECOND_POLE
 from identify.estimators.likelihood.scoring import climb
 
 SLOWER, FORGOTTEN = 1.5, 4.0

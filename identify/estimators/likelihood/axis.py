@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from bridge.vehicle.config import Configuration, Damping
+from bridge.vehicle.config import Damping
 from identify.estimators.axes.axis import Axis, Brackets
 from identify.estimators.axes.forces import coupled
 from identify.estimators.axes.motion import Motion
@@ -24,31 +24,8 @@ from identify.estimators.filter.transitions import transitions
 from identify.estimators.likelihood.scoring import Maximum
 
 MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
-PRIOR_STD = (1.5, 2.5, 3.0, 1.0)
-"""Prior standard deviations of log mass, damping, disturbance and its time constant: they matter only if a dive has
-no information."""
-
-MASS_RATIO, DAMPING_RATIO, DISTURBANCE_SHARE, TIME_S = 1.4, 0.7, 7e-3, 2.0
-"""Start of the climb: mass, damping and disturbance as shares of the rigid body's mass or inertia, and the
-disturbance's time constant."""
-
-UNMEASURED_SHARE = 0.5
-"""Standard deviation of a mass that the dive does not determine, as a share of the rigid body's."""
-
-SMALL = 0.01
-NOTICEABLE = 0.05
-TRIM_SHARE = 0.05
-"""Standard deviation of the trim force as a share of one thruster's limit."""
-
-WHITE_SPREAD = 1.0
-"""Prior standard deviation of the log white force about the value that rounding of pulses gives."""
-
-COLOURED_S, COLOURED_SPREAD = 1.0, 0.7
-"""Prior middle of the time constant of an autopilot's velocity error, s, and the prior standard deviation of its
-logarithm and of the error's."""
-
-SECOND_POLE, SECOND_POLE_SPREAD = -3.0, 2.5
-"""Prior middle and spread of the log odds of a disturbance's evenness, 4 T1 T2 / (T1 + T2)^2 of its two poles."""
+COLOURED_S = 1.0
+"""Prior middle of the time constant of an autopilot's velocity error."""
 
 FASTEST_S = 0.01
 """Least r of a disturbance, s: no recording shows a faster second pole."""
@@ -56,13 +33,6 @@ FASTEST_S = 0.01
 SLOWEST_S = 0.75
 """Largest r, s: that of a sea of equal poles and 3 s. A slower smooth force is none of a sea's, and would be taken up
 with a larger one."""
-
-QUADRATIC_RATIO, QUADRATIC_SPREAD = 4.0, 1.5
-"""Prior middle of quadratic drag, in rigid-body masses per metre or inertias per radian, and prior standard deviation
-of its logarithm."""
-
-NO_DAMPING = 1e-3
-"""Linear damping of a hull whose model has none, as a share of the rigid body's mass or inertia."""
 
 RUNAWAY = 1e3
 """m/s or rad/s that no vehicle reaches."""
@@ -244,17 +214,17 @@ class AxisLikelihood:
         if not np.max(np.abs(speed)) < RUNAWAY:
             raise np.linalg.LinAlgError("the speeds that are expected from there run away")
         axis = replace(self.axis, speed=speed, before_filter=before_filter)
-        return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
+        return replace(self, axis=axis, shapes=shapes_of(axis, self.unmeasured, self.damped))
 
     def moving(self, motion: Motion, speed: Array, before_filter: Array) -> "AxisLikelihood":
         """Return the same problem with the Coriolis forces of another motion, and the drag of its own speed (n,),
         shown and before an autopilot's filter."""
         axis = replace(coupled(self.axis, motion), speed=speed, before_filter=before_filter)
-        return replace(self, axis=axis, shapes=_shapes(axis, self.unmeasured, self.damped))
+        return replace(self, axis=axis, shapes=shapes_of(axis, self.unmeasured, self.damped))
 
     def reshaped(self) -> "AxisLikelihood":
         """Return the same problem with the shapes recomputed from its axis."""
-        return replace(self, shapes=_shapes(self.axis, self.unmeasured, self.damped))
+        return replace(self, shapes=shapes_of(self.axis, self.unmeasured, self.damped))
 
     @property
     def noise_index(self) -> int:
@@ -422,70 +392,7 @@ class AxisFit:
     covariance: Array
 
 
-def rigid_mass(configuration: Configuration, dof: int) -> float:
-    """Dry mass or rigid-body inertia of a degree of freedom, kg or kg m2."""
-    return configuration.dry_mass_kg if dof < 3 else configuration.inertia_kgm2[dof - 3]
-
-
-def likelihood_of(
-    axis: Axis,
-    configuration: Configuration,
-    masses: Array,
-    unmeasured: Sequence[int],
-    damped: Damping = "linear",
-) -> AxisLikelihood:
-    """Return the likelihood of an axis, with `masses` (6,) in its Coriolis forces; the mean of its prior is the
-    starting point.
-
-    The error of an `unmeasured` axis's mass becomes a factor to fit, if its force is noticeable in this axis.
-    """
-    rigid = rigid_mass(configuration, axis.dof)
-    disturbance = DISTURBANCE_SHARE * rigid
-    trim = max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)
-    width = [trim] * axis.trims
-    loose = []
-    for dof in unmeasured:
-        spread = UNMEASURED_SHARE * rigid_mass(configuration, dof)
-        if spread * np.std(axis.coriolis[:, dof]) > NOTICEABLE * disturbance:
-            loose.append(dof)
-            width.append(spread)
-    middle = [0.0] * len(width)
-    if damped != "linear":
-        width.append(QUADRATIC_SPREAD)
-        middle.append(float(np.log(QUADRATIC_RATIO * rigid)))
-    width += [timing.spread for timing in axis.timing]
-    middle += [0.0] * len(axis.timing)
-    shapes = _shapes(axis, tuple(loose), damped)
-    noises = [(channel.noise, channel.noise_spread) for channel in axis.channels]
-    if axis.white_force:
-        noises.append((axis.white_force, WHITE_SPREAD))
-    noises += (
-        [(axis.channels[0].coloured, COLOURED_SPREAD), (COLOURED_S, COLOURED_SPREAD)]
-        if axis.is_coloured
-        else [(float(np.exp(SECOND_POLE)), SECOND_POLE_SPREAD)]
-    )
-    linear = NO_DAMPING if damped == "quadratic" else DAMPING_RATIO
-    motion = [np.log(MASS_RATIO * rigid), np.log(linear * rigid), np.log(disturbance), np.log(TIME_S)]
-    start = [*motion, *middle, *(np.log(noise) for noise, _ in noises)]
-    difference = [*[1e-4] * len(motion), *(1e-3 * np.array(width)), *[1e-4] * len(noises)]
-    known = list(PRIOR_STD)
-    if damped == "quadratic":
-        known[DAMPING] = SMALL
-    prior_std = [*known, *width, *(spread for _, spread in noises)]
-    return AxisLikelihood(
-        axis,
-        masses,
-        shapes,
-        tuple(loose),
-        axis.reading,
-        np.array(start),
-        np.array(prior_std) ** -2.0,
-        np.array(difference),
-        damped=damped,
-    )
-
-
-def _shapes(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
+def shapes_of(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
     """Forces of unit factors, (n, k), in the order of theta."""
     drag = [] if damped == "linear" else [-axis.squared]
     late = [timing.force for timing in axis.timing]

@@ -14,19 +14,10 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration
 from identify.estimators.axes.axis import Axes, Axis
 from identify.estimators.filter.state import POSITION
-from identify.estimators.likelihood.axis import (
-    DAMPING,
-    DISTURBANCE,
-    FORCES,
-    MASS,
-    MASS_RATIO,
-    AxisFit,
-    AxisLikelihood,
-    likelihood_of,
-    rigid_mass,
-)
+from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisFit, AxisLikelihood
 from identify.estimators.likelihood.intervals import integrated, knowledge_of, stretches
 from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, alone, coefficients
+from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of, rigid_mass
 from identify.estimators.likelihood.scoring import MOST_STEPS, Maximum, climb, log_posterior
 from identify.threads import shared, side_by_side
 

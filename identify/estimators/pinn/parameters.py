@@ -11,7 +11,7 @@ import torch
 from torch import Tensor
 
 from bridge.vehicle.config import Configuration
-from identify.estimators.likelihood.axis import (
+from identify.estimators.likelihood.priors import (
     DAMPING_RATIO,
     MASS_RATIO,
     PRIOR_STD,

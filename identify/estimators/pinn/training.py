@@ -20,7 +20,8 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes.axis import Axes
-from identify.estimators.likelihood.axis import DISTURBANCE_SHARE, MOST_WILD, TIME_S, rigid_mass
+from identify.estimators.likelihood.axis import MOST_WILD
+from identify.estimators.likelihood.priors import DISTURBANCE_SHARE, TIME_S, rigid_mass
 from identify.estimators.likelihood.start import StartFit, StartValues, start_of
 from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.layout import Layout, lay_out

@@ -17,9 +17,10 @@ from identify.dive import Dive, Signal
 from identify.estimators.axes.axis import Axes, Axis
 from identify.estimators.axes.build import LAGS_FORGOTTEN, build_axes
 from identify.estimators.axes.forces import axes_with_delay
-from identify.estimators.likelihood.axis import MASS, MASS_RATIO, AxisLikelihood, likelihood_of, rigid_mass
+from identify.estimators.likelihood.axis import MASS, AxisLikelihood
 from identify.estimators.likelihood.fit import rough_maximum
 from identify.estimators.likelihood.joint import alone
+from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of, rigid_mass
 from identify.estimators.likelihood.scoring import climb
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
 from identify.estimators.timing.lateness import Timing
