@@ -1,6 +1,7 @@
 """Results kept as JSON lines, so that a benchmark resumes where it stopped, even after a kill."""
 
 import json
+import math
 import multiprocessing
 import os
 import signal
@@ -88,3 +89,8 @@ def _take_one_core() -> None:
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.environ.update(dict.fromkeys(ONE_THREAD, "1"))
     threading.Thread(target=end_with_parent, daemon=True).start()
+
+
+def finite(value: float) -> float | None:
+    """Round a number for JSON; None if it is not finite."""
+    return float(f"{value:.6g}") if math.isfinite(value) else None

@@ -1,13 +1,12 @@
 """One trial of the accuracy benchmark, as JSON: a method's answer to a mission, or the mission's bound."""
 
-import math
 import time
 from importlib import import_module
 from typing import cast
 
 from bench.bound import cramer_rao
 from bench.missions.mission import draw_one
-from bench.remembered import Data
+from bench.remembered import Data, finite
 from bridge.errors import FitError
 from identify.estimators.table import Estimator, estimator
 
@@ -48,12 +47,8 @@ def method_job(method: str, seed: int) -> Data:
     for name in mission.truth:
         p = identified[name]
         if p.identifiable:
-            stated[name] = [_finite(p.value), _finite(p.low95), _finite(p.high95), name in doubted]
+            stated[name] = [finite(p.value), finite(p.low95), finite(p.high95), name in doubted]
     return {
         "seed": seed, "method": method, "stated": stated, "refused": [n for n in mission.truth if n not in stated],
         "outcome": identified.outcome.value, "seconds": seconds,
     }  # fmt: skip
-
-
-def _finite(value: float) -> float | None:
-    return float(f"{value:.6g}") if math.isfinite(value) else None

@@ -5,17 +5,15 @@ is then regressed on acceleration, velocity, the two products and a constant. Th
 the residuals were white.
 """
 
-import time
-
 import numpy as np
 
-from bench.baselines.regression import AxisAnswer, AxisTerms, axis_terms, identification
+from bench.baselines.regression import AxisAnswer, AxisTerms, axis_by_axis
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import Progress
 from identify.identification import Identification
 
-RATE_HZ, CUTOFF_HZ = 20.0, 0.5
+CUTOFF_HZ = 0.5
 """The best of 0.3, 0.5, 1, 2 and 5 Hz on missions that the benchmark does not use; there, force on acceleration came
 out better than acceleration on force."""
 
@@ -24,12 +22,7 @@ def estimate(
     dive: Dive, file: VehicleFile, configuration: str, progress: Progress, cutoff_hz: float = CUTOFF_HZ
 ) -> Identification:
     """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
-    started = time.perf_counter()
-    terms = axis_terms(dive, file, configuration, RATE_HZ, cutoff_hz)
-    answers = {axis.dof: fitted(axis) for axis in terms}
-    progress(1.0, "solved")
-    wall_s = time.perf_counter() - started
-    return identification("least squares", dive, file, configuration, answers, len(terms[0].force), wall_s)
+    return axis_by_axis("least squares", fitted, dive, file, configuration, progress, cutoff_hz)
 
 
 def fitted(axis: AxisTerms) -> AxisAnswer:

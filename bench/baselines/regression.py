@@ -4,6 +4,8 @@
 The products are those of C(nu) nu with a diagonal M; their coefficients are free.
 """
 
+import time
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +20,7 @@ from identify.dive import Dive
 from identify.doubt import Outcome
 from identify.identification import Estimate, Identification
 from identify.identification import estimate as one_estimate
+from identify.progress import Progress
 from identify.statistics import Z95
 
 PRODUCTS = (
@@ -29,6 +32,8 @@ PRODUCTS = (
     ((0, 1), (3, 4)),
 )
 """Velocities whose products push each axis (Fossen 2011, eq. 6.44 for a diagonal M)."""
+
+RATE_HZ = 20.0
 
 LEAST_DRIVE = 1e-3
 """An axis whose thrust has less spread than this share of one thruster's limit (N, or N m) counts as not pushed."""
@@ -77,6 +82,27 @@ def _terms(grid: AlignedDive, g: Array, dof: int, rate_hz: float) -> AxisTerms:
     nu = grid.nu
     products = np.column_stack([nu[:, a] * nu[:, b] for a, b in PRODUCTS[dof]])
     return AxisTerms(dof, rate_hz, grid.tau[:, dof] - g[:, dof], nu[:, dof], grid.nu_dot[:, dof], products)
+
+
+def axis_by_axis(
+    method: str,
+    fitted: Callable[[AxisTerms], AxisAnswer],
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    progress: Progress,
+    cutoff_hz: float,
+) -> Identification:
+    """Masses and dampings of every axis that the dive pushes, each `fitted` by itself; the terms have RATE_HZ.
+
+    Raises FitError if the thrusters push no axis.
+    """
+    started = time.perf_counter()
+    terms = axis_terms(dive, file, configuration, RATE_HZ, cutoff_hz)
+    answers = {axis.dof: fitted(axis) for axis in terms}
+    progress(1.0, "solved")
+    wall_s = time.perf_counter() - started
+    return identification(method, dive, file, configuration, answers, len(terms[0].force), wall_s)
 
 
 def identification(

@@ -6,30 +6,30 @@ coefficient over the force's. The derivative is PySINDy's recommendation for noi
 its defaults (Savitzky-Golay, cubic, 11 samples). It states no interval. Needs the optional extra `bench`.
 """
 
-import time
-
 import numpy as np
 import pysindy
 
-from bench.baselines.regression import AxisAnswer, AxisTerms, axis_terms, identification
+from bench.baselines.regression import RATE_HZ, AxisAnswer, AxisTerms, axis_by_axis
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import Progress
 from identify.identification import Identification
 
-RATE_HZ = 20.0
 UNFILTERED_HZ = RATE_HZ / 2
 RIDGE = 1e-8
 
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
     """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
-    started = time.perf_counter()
-    terms = axis_terms(dive, file, configuration, RATE_HZ, UNFILTERED_HZ)
-    answers = {axis.dof: fitted(axis, _differentiated()) for axis in terms}
-    progress(1.0, "solved")
-    wall_s = time.perf_counter() - started
-    return identification("PySINDy", dive, file, configuration, answers, len(terms[0].force), wall_s)
+    return axis_by_axis(
+        "PySINDy",
+        lambda axis: fitted(axis, _differentiated()),
+        dive,
+        file,
+        configuration,
+        progress,
+        UNFILTERED_HZ,
+    )
 
 
 def _differentiated() -> pysindy.SINDy:

@@ -3,14 +3,13 @@
 `WeakPDELibrary` over time alone, with the same true terms as `sindy`. Needs the optional extra `bench`.
 """
 
-import time
 import warnings
 
 import numpy as np
 import pysindy
 
-from bench.baselines.regression import AxisTerms, axis_terms, identification
-from bench.baselines.sindy import RATE_HZ, UNFILTERED_HZ, fitted, optimizer
+from bench.baselines.regression import AxisTerms, axis_by_axis
+from bench.baselines.sindy import UNFILTERED_HZ, fitted, optimizer
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.estimators.table import Progress
@@ -24,15 +23,18 @@ SEED = 0
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
     """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
-    started = time.perf_counter()
-    terms = axis_terms(dive, file, configuration, RATE_HZ, UNFILTERED_HZ)
     with warnings.catch_warnings():
         # PySINDy warns of its own use of its axes' labels.
         warnings.simplefilter("ignore")
-        answers = {axis.dof: fitted(axis, _weak(axis)) for axis in terms}
-    progress(1.0, "solved")
-    wall_s = time.perf_counter() - started
-    return identification("PySINDy weak", dive, file, configuration, answers, len(terms[0].force), wall_s)
+        return axis_by_axis(
+            "PySINDy weak",
+            lambda axis: fitted(axis, _weak(axis)),
+            dive,
+            file,
+            configuration,
+            progress,
+            UNFILTERED_HZ,
+        )
 
 
 def _weak(axis: AxisTerms) -> pysindy.SINDy:

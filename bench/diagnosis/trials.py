@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.diagnosis.plan import Planned
 from bench.diagnosis.sources import ANSWERS
-from bench.remembered import Data, Job, Remembered
+from bench.remembered import Data, Job, Remembered, finite
 from bench.stamp import stamp
 from bridge.errors import SeatrialError
 from identify.challenge.answer import Answer, answer_of
@@ -109,11 +109,6 @@ def _drifts(diagnosis: Diagnosis) -> list[list[float | None]]:
     off = [simulated[ends] - flown.measured[ends] for simulated in (flown.before, flown.after)]
     rows = [*(np.sqrt(np.mean(simulated**2, axis=0)) for simulated in off), flown.floor]
     return [[finite(value) for value in row] for row in rows]
-
-
-def finite(value: float) -> float | None:
-    """Round a number for JSON; None if it is not finite."""
-    return float(f"{value:.6g}") if math.isfinite(value) else None
 
 
 def recorded_dive(case: Case) -> Dive:

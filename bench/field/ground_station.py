@@ -4,7 +4,7 @@ from pathlib import Path
 
 from bench.field.export import STATION
 from bench.field.score import Judged
-from bench.field.section import beside_goals, cases_of, goals, wrong
+from bench.field.section import cases_of, further_figures, goals, wrong
 from bench.words import paragraph
 
 SEED, COUNT = 610_000, 56
@@ -31,7 +31,7 @@ def page(cases: list[Judged], seed: int) -> str:
         "",
         *goals(cases),
         "",
-        *beside_goals(cases),
+        *further_figures(cases),
         "",
         *wrong(cases),
         "",

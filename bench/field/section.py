@@ -49,7 +49,7 @@ def lines(cases: Sequence[Judged]) -> list[str]:
     return [
         *goals(cases),
         "",
-        *beside_goals(cases),
+        *further_figures(cases),
         "",
         *paragraph(
             "Power by effect. Sizes over the sea: the rms of what a refit of masses, linear and quadratic dampings",
@@ -127,7 +127,7 @@ def _goal(words: str, figure: str, value: float, met: bool) -> tuple[str, str, s
     return words, figure, "nothing to judge" if math.isnan(value) else in_a_word(met)
 
 
-def beside_goals(cases: Sequence[Judged]) -> list[str]:
+def further_figures(cases: Sequence[Judged]) -> list[str]:
     """Further figures next to the goals, in a few sentences."""
     hidden, empty = [case for case in cases if not case.empty], [case for case in cases if case.empty]
     named, also = rate_named(cases), rate_also(cases)

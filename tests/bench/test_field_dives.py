@@ -258,7 +258,7 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
     ]
     assert (rate_named(cases).hits, rate_also(cases).hits) == (1, 1)
     assert false_causes(cases) == 0
-    assert "counted by half, 75.0 % are named" in " ".join(section.beside_goals(cases))
+    assert "counted by half, 75.0 % are named" in " ".join(section.further_figures(cases))
 
 
 def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict():
