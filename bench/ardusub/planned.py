@@ -70,14 +70,14 @@ def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
                 {
                     "known_s": outcome.known_s,
                     "identify_s": float(np.mean(took_s)),
-                    "flown": {name: outcome.widths[name] for name in flown_plan.tells},
+                    "flown": {name: outcome.widths[name] for name in flown_plan.coefficients},
                     "masses": masses_of(root, file, configuration, truth, wanted.names),
                 }
             )
     return {
         "hand_s": by_sticks.duration_s,
         "share": widest.share,
-        "hand": {name: by_hand[name] for name in flown_plan.tells},
+        "hand": {name: by_hand[name] for name in flown_plan.coefficients},
         "flights": flights,
     }
 

@@ -90,7 +90,7 @@ def measured(configuration: str, seed: int) -> Data:
             file, configuration, mission, Path(folder), seed, time.time(), lambda _: None
         )
         by_hand = widths_of(hand.path, str(file.path), configuration)
-        wanted = as_well(by_hand, flown_plan.tells)
+        wanted = as_well(by_hand, flown_plan.coefficients)
         link, clock = simulated.afloat(file, configuration, seed, parameters_of(file, None))
         outcome, took_s = flight(
             link, clock, file, configuration, flown_plan, wanted, Path(folder), time.monotonic

@@ -59,7 +59,8 @@ class Piece:
         return f"{self.title}, {self.duration_s:g} s"
 
     @property
-    def tells(self) -> tuple[str, ...]:
+    def coefficients(self) -> tuple[str, ...]:
+        """Names of the coefficients that it makes known."""
         return tuple(group[dof].name for dof in self.dofs for group in (MASSES, DAMPINGS))
 
 
@@ -80,8 +81,9 @@ class FlightPlan:
         return lengths_s
 
     @property
-    def tells(self) -> tuple[str, ...]:
-        names = {name for piece in self.pieces for name in piece.tells}
+    def coefficients(self) -> tuple[str, ...]:
+        """Names of the coefficients that it makes known."""
+        names = {name for piece in self.pieces for name in piece.coefficients}
         return tuple(c.name for c in (*MASSES, *DAMPINGS) if c.name in names)
 
 

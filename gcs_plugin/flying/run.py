@@ -179,9 +179,9 @@ class PlanFlight:
         self._piece_over()
         self._ask()
         missing = self._wanted.missing(self.outcome.widths)
-        telling = [piece for piece in self._left if missing.keys() & {*piece.tells}]
-        if telling:
-            piece = max(telling, key=lambda piece: max(missing.get(name, 0.0) for name in piece.tells))
+        useful = [piece for piece in self._left if missing.keys() & {*piece.coefficients}]
+        if useful:
+            piece = max(useful, key=lambda piece: max(missing.get(name, 0.0) for name in piece.coefficients))
             self._left.remove(piece)
             self._flown = piece
             self._tell(f"flies {piece.name}")

@@ -84,8 +84,8 @@ def test_a_plan_is_parted_at_its_rests_and_its_manoeuvres_take_turns(tmp_path):
         "1. surge, 8 s", "2. surge, 8 s", "1. surge, 8 s", "1. surge, 16 s",
     ]  # fmt: skip
     assert plan.depth_m == 1.5
-    assert plan.tells == ("M_u", "D_u")
-    assert flight_plan("a", 1.5, [QUICK, YAW]).tells == ("M_u", "I_r", "D_u", "D_r")
+    assert plan.coefficients == ("M_u", "D_u")
+    assert flight_plan("a", 1.5, [QUICK, YAW]).coefficients == ("M_u", "I_r", "D_u", "D_r")
 
 
 def test_a_plan_without_a_manoeuvre_or_with_one_that_cannot_be_flown_is_refused(tmp_path):
@@ -129,7 +129,7 @@ class Water:
         plan = plan or flight_plan("test", 0.4, [QUICK[:1] * 2, YAW])
         limits = replace(LIMITS, shallowest_m=0.0, hold_s=5.0)
         self.flight = PlanFlight(
-            self.crew, plan, limits, Wanted(plan.tells, share), self.identifying, self.words.append
+            self.crew, plan, limits, Wanted(plan.coefficients, share), self.identifying, self.words.append
         )
         self.flight.begin(3.0)
 

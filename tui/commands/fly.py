@@ -62,11 +62,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 def wanted_of(arguments: argparse.Namespace, plan: FlightPlan) -> Wanted:
     """The coefficients asked for. Raises UsageError for any that the plan does not tell."""
-    names = tuple(arguments.know or plan.tells)
-    unknown = [name for name in names if name not in plan.tells]
+    names = tuple(arguments.know or plan.coefficients)
+    unknown = [name for name in names if name not in plan.coefficients]
     if unknown:
         raise UsageError(
-            f"--know {' '.join(unknown)}: the plan tells {', '.join(plan.tells)} alone; plan other axes"
+            f"--know {' '.join(unknown)}: the plan tells {', '.join(plan.coefficients)} alone; plan other axes"
         )
     if not COUNTDOWN_S[0] <= arguments.countdown <= COUNTDOWN_S[1]:
         raise UsageError(
