@@ -67,7 +67,8 @@ class Equations:
     """The equations at given coefficients and noise, with the state eliminated.
 
     gradient (p,): of half the loss. information (6, 6): of the masses of axes that are not fitted, zero elsewhere.
-    tilt (p,): slope of the priors' residuals. state (N + 1, s): the best state. on, adjacent: blocks of its covariance.
+    tilt (p,): slope of the priors' residuals. state (N + 1, s): the best state. on: blocks on the
+    diagonal of its covariance.
     moments: expectations for the noise levels.
     """
 
@@ -76,7 +77,6 @@ class Equations:
     tilt: Tensor
     state: Tensor
     on: Tensor
-    adjacent: Tensor
     moments: Moments
     loss: float
 
@@ -155,7 +155,6 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
         tilt,
         best,
         on,
-        adjacent,
         Moments(expected.sensor, expected.wander, squared[:-1], across, squared[1:], squared[0]),
         float(expected.loss + prior + solution.factor.log_det),
     )
