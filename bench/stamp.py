@@ -8,74 +8,6 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
-SIMULATED = (
-    "bridge/*.py",
-    "bridge/links",
-    "bridge/onboard",
-    "bridge/sensors",
-    "bridge/simulator",
-    "bridge/vehicle",
-    "bridge/wire",
-    "configs/gains.yaml",
-    "configs/thrusters/*.csv",
-    "configs/vehicles/ruvifist*.yaml",
-)
-MISSIONS = (
-    "bench/missions",
-    "bench/accuracy/trial.py",
-    "bridge/arrays.py",
-    "bridge/attitude.py",
-    "bridge/clock.py",
-    "bridge/errors.py",
-    "bridge/files.py",
-    "bridge/plain.py",
-    "bridge/schema.py",
-    "bridge/text.py",
-    "bridge/vehicle/coefficients.py",
-    "bridge/vehicle/config.py",
-    "bridge/vehicle/dynamics.py",
-    "bridge/vehicle/thrusters.py",
-    "bridge/wire/clock_line.py",
-    "bridge/wire/framing.py",
-    "bridge/wire/ftp.py",
-    "bridge/wire/readings.py",
-    "bridge/wire/redaction.py",
-    "bridge/wire/tlog.py",
-    "configs/thrusters/*.csv",
-    "configs/vehicles/*.yaml",
-    "identify/dive.py",
-)
-LEARNT = (
-    "bench/reproduce/paper.py",
-    "bridge/firmware/*.py",
-    "bridge/vehicle/mode.py",
-    "bridge/wire/silences.py",
-    "bridge/wire/whole_recording.py",
-    "configs/thrusters/*.csv",
-    "identify/*.py",
-    "identify/checks",
-    "identify/estimators",
-    "identify/ingest",
-    "identify/thrust",
-)
-BASELINES = (
-    "bench/baselines",
-    "bench/reproduce/paper.py",
-    "bridge/firmware/*.py",
-    "bridge/vehicle/mode.py",
-    "bridge/wire/silences.py",
-    "bridge/wire/whole_recording.py",
-    "configs/thrusters/*.csv",
-    "identify/*.py",
-    "identify/checks",
-    "identify/estimators/filter/state.py",
-    "identify/estimators/axes/readings.py",
-    "identify/estimators/refusals.py",
-    "identify/estimators/table.py",
-    "identify/ingest",
-    "identify/thrust",
-)
-"""Code behind the paper's campaigns, the drawn missions, the product's answers and those of the baselines."""
 
 
 @cache
@@ -99,13 +31,13 @@ def files(*sources: str) -> list[Path]:
 
 @cache
 def reached(*modules: str) -> tuple[str, ...]:
-    """The given files and all files of ROOMS that they import, directly or indirectly, as sources of a stamp.
+    """The given files or folders and all files of ROOMS that they import, directly or not, as sources of a stamp.
 
     Found by parsing, so that an import inside a function counts too. A package's own `__init__` and files of the
     benchmark are left out unless they are given.
     """
     seen: set[Path] = set()
-    ahead = [ROOT / module for module in modules]
+    ahead = files(*modules)
     while ahead:
         file = ahead.pop()
         if file not in seen:
@@ -146,3 +78,25 @@ def _meaning(source: str) -> str:
             words = [s for s in body if isinstance(s, ast.Expr) and isinstance(s.value, ast.Constant)]
             node.body = [s for s in body if s not in words and s not in imports]  # type: ignore[attr-defined]
     return f"{sorted(imported)} {ast.dump(tree)}"
+
+
+CURVES = "configs/thrusters/*.csv"
+SIMULATED = (
+    *reached("bridge/simulator", "bridge/onboard"),
+    CURVES,
+    "configs/gains.yaml",
+    "configs/vehicles/ruvifist*.yaml",
+)
+MISSIONS = (*reached("bench/missions"), "bench/accuracy/trial.py", CURVES, "configs/vehicles/*.yaml")
+LEARNT = (
+    *reached(
+        "bench/reproduce/paper.py",
+        "identify/estimators/likelihood",
+        "identify/estimators/pinn",
+        "identify/estimators/table.py",
+        "identify/ingest/open.py",
+    ),
+    CURVES,
+)
+BASELINES = (*reached("bench/baselines", "bench/reproduce/paper.py"), CURVES)
+"""Code behind the paper's campaigns, the drawn missions, the product's answers and those of the baselines."""

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from bench.accuracy.trial import BOUND, OWN, bound_job, method_job
 from bench.remembered import Data, Job, Remembered
-from bench.stamp import BASELINES, LEARNT, MISSIONS, stamp
+from bench.stamp import BASELINES, LEARNT, MISSIONS, reached, stamp
 from identify.estimators.table import METHODS as PRODUCT
 from identify.statistics import Z95
 
@@ -24,7 +24,7 @@ SEEDS_AT_MOST = {"PySINDy weak": 100}
 """PySINDy's weak form takes some 3 s a mission, so it is run on the short form's missions alone."""
 
 SOURCES = {
-    BOUND: (*MISSIONS, "bench/bound"),
+    BOUND: (*MISSIONS, *reached("bench/bound")),
     "product": (*MISSIONS, *LEARNT),
     "own": (*MISSIONS, *BASELINES),
 }

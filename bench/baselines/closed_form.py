@@ -24,9 +24,9 @@ from bridge.vehicle.config import VehicleFile
 from identify.align import aligned
 from identify.dive import Dive
 from identify.doubt import Outcome
-from identify.estimators.table import Progress
 from identify.identification import Identification
 from identify.identification import estimate as one_estimate
+from identify.progress import Progress
 
 
 def estimate(

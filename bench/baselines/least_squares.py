@@ -10,8 +10,8 @@ import numpy as np
 from bench.baselines.regression import AxisAnswer, AxisTerms, axis_by_axis
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.table import Progress
 from identify.identification import Identification
+from identify.progress import Progress
 
 CUTOFF_HZ = 0.5
 """The best of 0.3, 0.5, 1, 2 and 5 Hz on missions that the benchmark does not use; there, force on acceleration came

@@ -12,8 +12,8 @@ import pysindy
 from bench.baselines.regression import RATE_HZ, AxisAnswer, AxisTerms, axis_by_axis
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.table import Progress
 from identify.identification import Identification
+from identify.progress import Progress
 
 UNFILTERED_HZ = RATE_HZ / 2
 RIDGE = 1e-8

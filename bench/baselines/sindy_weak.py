@@ -12,8 +12,8 @@ from bench.baselines.regression import AxisTerms, axis_by_axis
 from bench.baselines.sindy import UNFILTERED_HZ, fitted, optimizer
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.table import Progress
 from identify.identification import Identification
+from identify.progress import Progress
 
 BUMP_S = 2.0
 BUMPS_PER_S = 2.0
