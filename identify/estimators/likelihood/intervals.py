@@ -227,13 +227,15 @@ def _as_numbers(joint: JointLikelihood, theta: Array, at: list[int]) -> JointKno
     middle, relative = mean.copy(), covariance / np.outer(unit, unit)
     middle[at] = np.log(mean[at])
     half = {index: Z95 * float(np.sqrt(relative[index, index])) for index in at}
-    stretch = {
-        index: (
-            float(np.log(mean[index] / low)) / half[index],
-            float(np.log(high / mean[index])) / half[index],
-        )
-        for index, (low, high) in ends.items()
-    }
+    # An interval may begin at zero, which has no logarithm.
+    with np.errstate(divide="ignore"):
+        stretch = {
+            index: (
+                float(np.log(mean[index] / low)) / half[index],
+                float(np.log(high / mean[index])) / half[index],
+            )
+            for index, (low, high) in ends.items()
+        }
     return JointKnowledge(middle, relative, stretch)
 
 
