@@ -146,9 +146,11 @@ MENDED = replace(
         (replace(MENDED, disarmed=False), Task.LOWER, "first is a NO-GO: lower"),
         (replace(MENDED, verdict=""), Task.LOWER, "first is a NO-GO: lower"),
         (replace(MENDED, taken_back=True), Task.LOWER, "first is a NO-GO: lower"),
-        (replace(HERE, mode="both", departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
-        (replace(BOTH, departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
-        (replace(SHADOW, departs=True), Task.BRING_HOME, "the ALARM above: bring the vehicle home, begin the next"),
+        (replace(HERE, mode="both", departs=True), Task.LOWER, "the vehicle departs from its model: lower"),
+        (replace(BOTH, departs=True), Task.LOWER, "the vehicle departs from its model: lower"),
+        (replace(SHADOW, departs=True), Task.BRING_HOME, "the vehicle departs from its model: bring it home, begin"),
+        (replace(BOTH, alarmed=True), Task.BRING_HOME, "see to the ALARM above first"),
+        (replace(BOTH, alarmed=True, departs=True), Task.LOWER, "the vehicle departs from its model: lower"),
         (replace(BOTH, departs=True, lost=True), Task.LOST, "lost while armed"),
         # Uploaded from elsewhere, and a folder without a dive.
         (replace(HERE, uploaded=True, mode="off"), Task.TO_SHADOW, "set the feed-forward to shadow"),
@@ -427,11 +429,14 @@ def test_the_mode_heard_last_is_kept_while_the_vehicle_is_not_heard(place):
 @pytest.mark.parametrize(
     ("kind", "departs"), [(Kind.GAP, True), (Kind.THRUSTER, True), (Kind.BATTERY, False)]
 )
-def test_an_alarm_about_the_model_is_what_is_to_be_done_next(place, kind, departs):
+def test_an_alarm_of_an_armed_vehicle_is_what_is_to_be_done_next(place, kind, departs):
     now = shown(3, Armed.ARMED)
     now = replace(now, picture=replace(now.picture, alarms=(Alarm(kind, "", "x"),)))
-    assert place.situation(now).departs is departs
-    assert place.situation(replace(now, behind_s=60.0)).departs is False
+    assert (place.situation(now).departs, place.situation(now).alarmed) == (departs, not departs)
+    late = place.situation(replace(now, behind_s=60.0))
+    assert (late.departs, late.alarmed) == (False, False)
+    on_deck = replace(now, picture=replace(now.picture, armed=Armed.DISARMED))
+    assert place.situation(on_deck).alarmed is False
 
 
 def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_does_not_yet(in_shadow):

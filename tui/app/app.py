@@ -611,7 +611,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         view, for_step = self._news.seen(self._views.view())
         situation = self._situation(for_step)
         view = replace(view, situation=situation, next=next_of(situation), view_only=self.view_only)
-        if events := self._alarm_notes.take(self._bell.hear(view.alarms), view):
+        if events := self._alarm_notes.take(self._bell.hear(view.alarms, view.picture.now_s), view):
             self.run_worker(self._note(events), group="notes")
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None

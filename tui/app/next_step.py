@@ -52,7 +52,7 @@ class Situation:
     - contested: another vehicle has its address, so that nothing may be sent.
     - recording: a recording runs; over: its dive is over.
     - disarmed: the vehicle says so; lost: it fell silent while it was armed; departs: an alarm says that it does not
-      answer its thrusters as its model does.
+      answer its thrusters as its model does; alarmed: while it is armed, any other alarm.
     - flies: it can fly manoeuvres by itself; flight: the state of the flight that Fly asks for.
     - mode: its feed-forward's mode, "" if unknown; last_mode: the last that was heard, "" for none.
     - working: the long verb that runs, "" for none; then: what was asked for and begins once the dives are read, ""
@@ -112,6 +112,7 @@ class Situation:
     disarmed: bool = False
     lost: bool = False
     departs: bool = False
+    alarmed: bool = False
     gate: tuple[str, bool] | None = None
     departed: str = ""
 
@@ -183,14 +184,13 @@ LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why, then 
 TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
 LOWER = Next(Task.LOWER, ("ff.lower",), "{dive} is a NO-GO: lower the feed-forward to shadow")
 LOWER_AND_DIVE = replace(LOWER, words=f"{LOWER.words}, then dive the same again")
-LOWER_NOW = replace(
-    LOWER, words="the ALARM above: it departs from its model; lower the feed-forward to shadow"
-)
+LOWER_NOW = replace(LOWER, words="the vehicle departs from its model: lower the feed-forward to shadow")
 BRING_HOME = Next(
     Task.BRING_HOME,
     ("recording.next",),
-    "the ALARM above: bring the vehicle home, begin the next dive, and ask of this one what causes it",
+    "the vehicle departs from its model: bring it home, begin the next dive, and ask of this one what causes it",
 )
+SEE_TO = Next(Task.BRING_HOME, ("screen.watch",), "see to the ALARM above first")
 FLY = Next(Task.FLY, ("recording.next",), "once it has flown with the feed-forward: begin the next dive")
 FLY_UNKNOWN = replace(
     FLY,
@@ -238,6 +238,8 @@ def next_of(now: Situation) -> Next:
         return END
     if now.departs and now.recording:
         return LOWER_NOW if lowered_to(now)[0] is not None else BRING_HOME
+    if now.alarmed:
+        return SEE_TO
     if not now.vehicle:
         return VEHICLE
     if _flew_wrong(now) and lowered_to(now)[0] is not None and not _has_remedy(now):

@@ -94,6 +94,9 @@ def read_situation(desk: Desk, view: View) -> Situation:
         and bool(picture.links)
         and not view.over,
         departs=view.behind_s <= GONE_S and any(alarm.kind in OF_MODEL for alarm in view.alarms),
+        alarmed=view.behind_s <= GONE_S
+        and picture.armed in (Armed.ARMED, Armed.FAILSAFE)
+        and any(alarm.kind not in OF_MODEL for alarm in view.alarms),
         gate=_gate(since),
         departed=_departed(since[: since.index(dive)])
         if dive in since and not written_ns(dive / DIAGNOSED)
