@@ -439,6 +439,22 @@ def test_an_alarm_of_an_armed_vehicle_is_what_is_to_be_done_next(place, kind, de
     assert place.situation(on_deck).alarmed is False
 
 
+def test_the_next_step_follows_an_alarm_as_soon_as_it_comes_or_goes(place):
+    calm = shown(3, Armed.ARMED)
+    views = FixedViews(calm)
+
+    def deep(alarms):
+        def step(_):
+            views.shown = replace(calm, picture=replace(calm.picture, alarms=alarms))
+
+        return step
+
+    see_to = "see to the ALARM above first"
+    comes = (deep((Alarm(Kind.DEPTH, "", "x"),)), Sees(see_to))
+    # By this clock no time goes by, and nothing else is looked up anew.
+    played(place.desk, Lacks(see_to), *comes, deep(()), Lacks(see_to), views=views, clock=lambda: 0.0)
+
+
 def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_does_not_yet(in_shadow):
     other = "2026-11-21T0915Z-again"
     in_shadow.dive(other, M_u=0.01)

@@ -26,7 +26,7 @@ from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.watch.alarms import SHIPPED, Settings
-from gcs_plugin.watch.picture import Armed
+from gcs_plugin.watch.picture import Armed, Kind
 from tui.app import themes
 from tui.app.alarm_notes import AlarmEvent, AlarmNotes
 from tui.app.connecting import Choice
@@ -100,7 +100,7 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         self._off_may_record = self._dies = False
         self._news = RecordingNews(self.desk, self._begins, self._next_dive)
         self._declinable_until_s = -math.inf
-        self._step: tuple[float, Situation] | None = None
+        self._step: tuple[float, tuple[tuple[Kind, str], ...], Situation] | None = None
         self._ordered: JobState | None = None
         self._warnings: list[tuple[Notification, Callable[[], bool]]] = []
         self._warned_of: set[tuple[str, float]] = set()
@@ -590,11 +590,11 @@ class SeatrialApp(KeysInTurn, inherit_bindings=False):
         return f"; {self._key_of_id('recording.begin')} begins one"
 
     def _situation(self, view: View) -> Situation:
-        """The situation, read once a second at most."""
-        now_s = self._clock()
-        if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S:
-            self._step = (now_s, read_situation(self.desk, view))
-        return self._step[1]
+        """The situation, read once a second at most, and as soon as an alarm comes or goes."""
+        now_s, alarms = self._clock(), tuple(alarm.key for alarm in view.alarms)
+        if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S or alarms != self._step[1]:
+            self._step = (now_s, alarms, read_situation(self.desk, view))
+        return self._step[2]
 
     async def _note(self, events: Sequence[AlarmEvent]) -> None:
         """Leave alarms as events in their dive folders."""
