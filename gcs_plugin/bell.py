@@ -6,12 +6,13 @@ import subprocess
 from collections.abc import Callable, Sequence
 
 from bridge.errors import ConfigError
-from gcs_plugin.watch.alarms import Settings
+from gcs_plugin.watch.alarms import BACK_S, Settings
 from gcs_plugin.watch.picture import Alarm, Kind
 
 
 class Bell:
-    """Rings once for each alarm that wasn't there before; `bell` rings the terminal's own.
+    """Rings once for each alarm that wasn't there in the last BACK_S; `bell` rings the terminal's own. A value at its
+    limit would ring without end.
 
     `played` is the sound that plays, or played last. Raises ConfigError if the sound's program is not on this computer.
     """
@@ -22,12 +23,13 @@ class Bell:
         if self._sound and shutil.which(self._sound[0]) is None:
             raise ConfigError(f"alarms: sound: no program '{self._sound[0]}' is here; give another, or none")
         self.played: subprocess.Popen[bytes] | None = None
-        self._known: frozenset[tuple[Kind, str]] = frozenset()
+        self._last_s: dict[tuple[Kind, str], float] = {}
 
-    def hear(self, alarms: Sequence[Alarm]) -> tuple[Alarm, ...]:
-        """Take the alarms of now; ring for those that are new, and return them."""
-        new = tuple(alarm for alarm in alarms if alarm.key not in self._known)
-        self._known = frozenset(alarm.key for alarm in alarms)
+    def hear(self, alarms: Sequence[Alarm], now_s: float) -> tuple[Alarm, ...]:
+        """Take the alarms of `now_s`; ring for those that are new, and return them."""
+        recent = {key: last_s for key, last_s in self._last_s.items() if now_s - last_s <= BACK_S}
+        new = tuple(alarm for alarm in alarms if alarm.key not in recent)
+        self._last_s = recent | dict.fromkeys((alarm.key for alarm in alarms), now_s)
         if new:
             self._bell()
             if self._sound:

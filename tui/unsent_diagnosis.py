@@ -11,7 +11,7 @@ from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path
 from identify.diagnose.words.causes import effects_words
 from identify.dive import Dive
 from identify.validation.against_forecast import began, began_for_receipts
-from tui.app.desk import ACCEPTABLE
+from tui.app.desk import ACCEPTABLE, is_acceptable
 
 
 def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) -> tuple[Path, Sidecar] | None:
@@ -39,15 +39,22 @@ def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) ->
 def how_to_send(path: Path, model: Sidecar) -> str:
     """The remedy for an accepted diagnosis that was never sent."""
     return (
-        f"what makes up for {effects_words(model.effects)} is in {path}, and by the receipts was never sent: upload it "
-        f"(seatrial params upload {path}), or diagnose this dive"
+        f"by the receipts, what makes up for {effects_words(model.effects)} was never sent: upload it "
+        f"(seatrial params upload {_from_here(path)}, in the app Parameters), or diagnose this dive"
     )
+
+
+def _from_here(path: Path) -> Path:
+    """The path as one would type it in this folder."""
+    here = Path.cwd()
+    return path.relative_to(here) if path.is_relative_to(here) else path
 
 
 def _models(dive: Dive) -> Iterator[tuple[Path, Sidecar]]:
     here = [path for path in Path().iterdir() if path.suffix in SUFFIXES]
     folder = dive.source if dive.source.is_dir() else dive.source.parent
-    in_dives = folder.resolve().parent.glob(f"*/{ACCEPTABLE}")
+    neighbours = folder.resolve().parent.glob(f"*/{ACCEPTABLE}")
+    in_dives = [path for path in neighbours if is_acceptable(path.parent)]
     for path in (*here, *in_dives):
         if not sidecar_path(path).is_file():
             continue

@@ -138,7 +138,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         self._work.tick()
         if now_s >= self._look_s + LOOK_EVERY_S:
             self._look_s, self._picture = now_s, self._watcher.picture(now_s)
-            for alarm in self._bell.hear(self._picture.alarms):
+            for alarm in self._bell.hear(self._picture.alarms, now_s):
                 self.say_line(f"ALARM {alarm.words}")
 
     def unload(self) -> None:

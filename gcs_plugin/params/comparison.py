@@ -8,8 +8,19 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from bridge import schema
+from bridge.vehicle.parameters import MODE
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import Plan, Row, Verdict, acting, acting_text, coefficient_of, is_unset, unit_of
+from gcs_plugin.params.plan import (
+    Plan,
+    Row,
+    Verdict,
+    acting,
+    acting_text,
+    coefficient_of,
+    is_unset,
+    unit_of,
+    word_for,
+)
 from gcs_plugin.params.plausible import half_a_model, other_half
 from gcs_plugin.params.sidecar import Interval, Sidecar
 from gcs_plugin.params.wanted import CONVERGED
@@ -68,6 +79,10 @@ class Compared:
         """The value by which the vehicle acts with `value`: an absent gain is a gain of 1."""
         return None if value is None else acting(self.name, value)
 
+    def word_for(self, value: float | None) -> str:
+        """The word that stands for `value`, "" for none; see `plan.word_for`."""
+        return "" if value is None else word_for(self.name, value)
+
     def is_unset(self, value: float | None) -> bool:
         """Whether `value` is the 0 of a mass or damping, which says that there is none; see `plan.is_unset`."""
         return value is not None and is_unset(self.name, value)
@@ -76,7 +91,7 @@ class Compared:
     def percent(self) -> str:
         """The change relative to the present value: `+16 %`; "" if there is nothing to relate it to."""
         present = self.acts_by(self.present)
-        if not present:
+        if not present or self.name == MODE:
             return ""
         percent = 100 * (acting(self.name, self.target) - present) / abs(present)
         if abs(percent) > MOST_PERCENT:

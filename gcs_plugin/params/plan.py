@@ -12,7 +12,7 @@ from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnknown
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_ANY_VEHICLE, Coefficient, EffectCoefficient
-from bridge.vehicle.mode import Mode
+from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.withdrawal import HULL
@@ -190,7 +190,14 @@ def acting_text(name: str, value: float | None) -> str:
     """Text of the value that a vehicle acts by; `-` for no value."""
     if value is None:
         return "-"
-    return NOT_SET if is_unset(name, value) else value_text(acting(name, value))
+    return word_for(name, value) or value_text(acting(name, value))
+
+
+def word_for(name: str, value: float) -> str:
+    """The word that stands for a value: of a mode its own, of a mass or damping of 0 that it is not set; else ""."""
+    if name == MODE:
+        return word_of(value)
+    return NOT_SET if is_unset(name, value) else ""
 
 
 def is_unset(name: str, value: float) -> bool:

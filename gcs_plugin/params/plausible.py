@@ -87,23 +87,28 @@ def _against_twice(
     """Why an accepted gain would act on top of the vehicle's own, "" if it would not.
 
     The vehicle's own gain is that of its file, or the gain that its allocation used in the diagnosed dive. If accepted
-    effects acted then, the gain that it still holds is taken out.
+    effects acted then, the gain that it holds now may have been among them, or have come later.
     """
     part = part_of_set(row.name)
     of = {gain_name(credit.thruster): credit for credit in credits}
     credit = of.get(part[1].name) if part is not None else None
     if credit is None:
         return ""
-    held = (present.get(row.name, 0.0) or 1.0) if credit.acting else 1.0
-    allocated = None if credit.allocated is None else credit.allocated / held
-    for gain, whose in (
-        (gains.get(row.name), "the vehicle's file gives it"),
-        (allocated, "the vehicle's own allocation went by"),
-    ):
-        if gain is not None and abs(gain / credit.assumed - 1) > TWICE:
+    assumed = credit.assumed
+
+    def beyond(gain: float) -> float:
+        return abs(gain / assumed - 1)
+
+    own = [(gains.get(row.name), "the vehicle's file gives it")]
+    if credit.allocated is not None:
+        held = (present.get(row.name, 0.0) or 1.0) if credit.acting else 1.0
+        allocated = min(credit.allocated, credit.allocated / held, key=beyond)
+        own.append((allocated, "the vehicle's own allocation went by"))
+    for gain, whose in own:
+        if gain is not None and beyond(gain) > TWICE:
             return (
                 f"thruster {credit.thruster} is made up for already: {whose} {100 * gain:.0f} % of its curve where the "
-                f"diagnosis went by {100 * credit.assumed:.0f} %; with this it would be asked as if it gave "
+                f"diagnosis went by {100 * assumed:.0f} %; with this it would be asked as if it gave "
                 f"{100 * gain * row.target:.0f} %, and it gives {100 * credit.true:.0f} %"
             )
     return ""

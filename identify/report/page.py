@@ -105,6 +105,8 @@ figcaption { margin-top: .3em; }
 WIDE_TABLE_COLUMNS = 5
 PHONE_CELLS = 30
 """Letters of unbroken cells beside the row's name that still fit a phone's page; with more, a row becomes a block."""
+PHONE_LINE = 38
+"""Letters of a line of the table there, with the longest part of the rows' names."""
 SHORT_CELL = 16
 """Longest text of a cell that is never broken, as a quantity never is."""
 LONG_WORD = 32
@@ -279,9 +281,16 @@ def _table(table: Table) -> str:
         + "</tr>\n"
         for row in table.shown
     )
-    longest = [max((len(row[i]) for row in table.shown), default=0) for i in range(1, width)]
-    unbroken_cells = sum(n for i, n in enumerate(longest, start=1) if numeric[i] or short[i])
-    kind = ' class="wide"' if width >= WIDE_TABLE_COLUMNS or unbroken_cells > PHONE_CELLS else ""
+    unbroken_cells = [
+        max((len(row[i]) for row in table.shown if numeric[i] or short[i]), default=0)
+        for i in range(1, width)
+    ]
+    heads = [
+        max(cells, _longest_part(head)) for cells, head in zip(unbroken_cells, table.columns[1:], strict=True)
+    ]
+    line = sum(heads) + max((_longest_part(row[0]) for row in table.shown), default=0)
+    is_wide = width >= WIDE_TABLE_COLUMNS or sum(unbroken_cells) > PHONE_CELLS or line > PHONE_LINE
+    kind = ' class="wide"' if is_wide else ""
     caption = f"<caption>{safe(unbroken(table.caption))}</caption>" if table.caption else ""
     body = f"<thead><tr>{head}</tr></thead>\n<tbody>{rows}</tbody>"
     drawn = f'<div class="scroll"><table{kind}>{caption}{body}</table></div>'
@@ -293,6 +302,11 @@ def _table(table: Table) -> str:
         f'{drawn}\n<details class="csv"><summary>CSV</summary><p>{saved}Save it as a file</a></p>'
         f"<pre>{safe(text)}</pre></details>\n"
     )
+
+
+def _longest_part(words: str) -> int:
+    """Letters of the longest part that a browser does not break."""
+    return max(map(len, re.findall(r"[^\s-]+-?", words)), default=0)
 
 
 def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:

@@ -178,6 +178,7 @@ BY_ITSELF = Credit(1, 1.0, 0.8, 0.8, acting=False)
         (Credit(1, 0.8, 0.8, 0.8, acting=False), 0.0, 0.8, ""),
         (Credit(1, 1.0, 0.8, None, acting=False), 0.0, 1.0, ""),
         (Credit(1, 1.0, 0.8, 0.79, acting=True), 0.79, 1.0, ""),
+        (Credit(1, 1.0, 0.8, 1.0, acting=True), 0.79, 1.0, ""),
         (Credit(2, 1.0, 0.8, 0.8, acting=False), 0.0, 1.0, ""),
     ],
     ids=[
@@ -187,6 +188,7 @@ BY_ITSELF = Credit(1, 1.0, 0.8, 0.8, acting=False)
         "on top of its own",
         "not recorded",
         "as held",
+        "held only since",
         "another",
     ],
 )

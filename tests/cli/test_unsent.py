@@ -15,8 +15,8 @@ from tui.commands.validate import send_first
 FOUND = replace(MODEL, dived="2026-09-21T14:14:30Z")
 """Of a dive between EARLIER and AFTER."""
 SAID = (
-    "what makes up for weak thruster 1 is in gap.param, and by the receipts was never sent: upload it (seatrial "
-    "params upload gap.param), or diagnose this dive"
+    "by the receipts, what makes up for weak thruster 1 was never sent: upload it (seatrial params upload gap.param, "
+    "in the app Parameters), or diagnose this dive"
 )
 
 
@@ -43,10 +43,12 @@ def test_what_was_accepted_and_never_sent_is_named_with_the_way_to_send_it():
     assert said(replace(AFTER, sha256="ab")) == ""  # the dive that was diagnosed
 
 
-def test_it_is_found_beside_another_dive_too():
+@pytest.mark.parametrize("stands", [True, False])
+def test_what_the_app_left_beside_another_dive_is_named_where_its_diagnosis_stands(monkeypatch, stands):
+    monkeypatch.setattr("tui.unsent.is_acceptable", lambda dive: stands and dive.name == "2026-09-21T1414Z")
     kept("out/2026-09-21T1414Z/diagnosed.param", FOUND)
     dive = replace(AFTER, source=Path("out/2026-09-21T1416Z/telemetry.tlog"))
-    assert "diagnosed.param, and by the receipts was never sent" in said(dive)
+    assert ("params upload out/2026-09-21T1414Z/diagnosed.param, in the app" in said(dive)) is stands
 
 
 @pytest.mark.parametrize(

@@ -235,6 +235,11 @@ def test_a_change_is_told_in_per_cent_and_then_in_halves_of_the_interval():
     ]  # fmt: skip
 
 
+def test_a_mode_is_told_by_its_name_and_its_change_is_no_share():
+    (line,) = compared(make_plan({"FF_MODE": 1.0}, {"FF_MODE": 3.0}), None, {})
+    assert line.cells()[:4] == ("FF_MODE", "both", "shadow", "-")
+
+
 FORETOLD = dataclasses.replace(
     SIDECAR,
     dived="2026-11-21T06:00:00Z",

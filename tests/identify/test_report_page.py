@@ -67,13 +67,17 @@ def test_each_table_stands_there_as_csv_to_be_copied():
 
 
 def test_a_row_becomes_a_block_on_a_phone_where_its_unbroken_cells_leave_no_room_for_its_name():
-    def kind(*cells):
-        heads = ("Axis", "off", "shadow", "both")
-        page = Page(render_report(report(Section("Part", "", (Table(heads, (("roll", *cells),)),)))))
+    def kind(*cells, name="roll", heads=("off", "shadow", "both")):
+        table = Table(("Axis", *heads), ((name, *cells),))
+        page = Page(render_report(report(Section("Part", "", (table,)))))
         return next(attrs.get("class") for tag, attrs in page.elements if tag == "table")
 
     assert kind("0.08 deg/s", "0.08 deg/s", "0.08 deg/s") is None
     assert kind("0.081 deg/s", "0.081 deg/s", "0.081 deg/s") == "wide"
+    assert kind("8.0", "8.1", "8.2", name="Acceleration, mm/s") is None
+    dives = ("0323Z-hovering-6 both", "0321Z-hovering-5 both", "0319Z-hovering-4 both")
+    assert kind("8.0", "8.1", "8.2", name="Acceleration, mm/s", heads=dives) == "wide"
+    assert kind("8.0", "8.1", "8.2", name="yaw", heads=dives) is None
     assert kind("0.081 deg/s", "a sentence that is broken anywhere, however long", "0.081 deg/s") is None
 
 

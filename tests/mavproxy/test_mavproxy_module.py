@@ -104,7 +104,7 @@ def test_without_a_vehicle_file_the_status_says_what_the_comparison_with_a_model
 
 
 def test_an_alarm_of_the_crews_own_limits_is_said_and_stands_in_the_status(mavproxy):
-    mavproxy.until("seatrial status", r"component 1\s+ALARM battery \d\d\.\d V, below 99 V")
+    mavproxy.until("seatrial status", r"component 1\s+ALARM battery \d\d\.\d\d V, below 99 V")
     assert len(re.findall("^ALARM battery", mavproxy.text, re.MULTILINE)) >= 2
 
 

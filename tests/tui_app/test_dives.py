@@ -20,6 +20,7 @@ from tui.app.drawing import entry_at, width
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.dives_lines import details, known_to, listed, table, usual
 from tui.app.screens.overlays import FormScreen, HelpScreen
+from tui.dive_list import Glance
 
 
 def marked(name):
@@ -164,6 +165,19 @@ def test_a_dive_stands_there_by_name_time_and_length_before_its_recording_is_rea
     unread = (Sees("2026-11-21 04:52 00:01:52 -- … … deck"), Lacks("▶"), *longer)
     details = ("down", Sees("is being read: what it could tell comes with that"))
     played(at, "2", *unread, *details, let_go, Sees("▶ 2026-11-21 04:52 00:00:41 1.2 % ······ ······ deck"))
+
+
+def test_what_an_earlier_look_has_shown_of_a_dive_stands_there_while_others_are_read(
+    tmp_path, dives_on_disk, monkeypatch
+):
+    folder, at = dives_on_disk(held=("dives",))
+    at.out = tmp_path
+    for name in ("2026-11-20T0252Z-hovering", folder.path.name):
+        (tmp_path / name / "telemetry.tlog").touch()
+    looked = Glance(1_795_142_000.0, 112.0, 0.01, {"M_u": 0.01, "D_v": 0.2})
+    kept = {"2026-11-20T0252Z-hovering": looked}
+    monkeypatch.setattr("tui.app.screens.dives_lines.kept_glance", lambda dive: kept.get(dive.name))
+    played(at, "2", Sees("00:01:52 1.0 % U····· ·v···· hovering"), Sees("-- … … deck"))
 
 
 def test_a_dive_that_is_not_begun_because_dives_was_left_is_told(dives_on_disk):

@@ -37,6 +37,9 @@ SHADOW = replace(UPLOADED, mode="shadow")
 GO = replace(SHADOW, after_upload=True, flown="shadow", go=True, gate=("first", True))
 BOTH = replace(SHADOW, mode="both")
 AGAIN = replace(BOTH, after_upload=True)
+MENDED = replace(
+    AGAIN, flown="both", go=False, uploaded=False, accepts=True, verdict="explained", disarmed=True
+)
 
 
 @pytest.mark.parametrize(
@@ -60,7 +63,8 @@ AGAIN = replace(BOTH, after_upload=True)
         (DIVED, Task.IDENTIFY, "identify first"),
         (AWAY, Task.IDENTIFY, "identify first"),
         (IDENTIFIED, Task.UPLOAD, "compare and upload what was identified"),
-        (replace(IDENTIFIED, heard=False), Task.UPLOAD, "the vehicle is not heard: switch it on, or mend the link"),
+        (replace(IDENTIFIED, heard=False), Task.UPLOAD,
+         "the vehicle is not heard: switch it on, or mend the link; then: compare and upload what was identified"),
         (replace(IDENTIFIED, heard=False, recording=False), Task.RECORD, "begin a recording; then: compare and upload"),
         (replace(IDENTIFIED, heard=False, recording=False, linked=False), Task.CONNECT,
          "connect the vehicle; then: compare and upload what was identified"),
@@ -71,7 +75,7 @@ AGAIN = replace(BOTH, after_upload=True)
         (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
         (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read its last section, what to"),
         (replace(AGAIN, flown="both", go=False, recording=False, verdict="explained", contradicted=True), Task.LOOK,
-         "the check dive shows no such effect: dive the same again, then diagnose first once more"),
+         "the check dive shows no such effect: dive the same again, then ask once more, of both"),
         # What mode it is in, nobody knows until it speaks.
         (replace(UPLOADED, heard=False, mode=""), Task.TO_SHADOW, "uploaded: switch the vehicle on; the mode of"),
         (replace(GO, heard=False, mode=""), Task.TO_BOTH, "GO in shadow: switch the vehicle on; this key then raises"),
@@ -135,9 +139,18 @@ AGAIN = replace(BOTH, after_upload=True)
          "first is a NO-GO: ask what causes it"),
         (replace(IDENTIFIED, mode="both", flown="both", go=False), Task.LOWER, "first is a NO-GO: lower"),
         (replace(IDENTIFIED, mode="both", flown="both", go=False, before_upload=True), Task.UPLOAD, "compare"),
-        (replace(HERE, mode="both", departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
-        (replace(BOTH, departs=True), Task.LOWER, "the ALARM above: it departs from its model; lower"),
-        (replace(SHADOW, departs=True), Task.BRING_HOME, "the ALARM above: bring the vehicle home, begin the next"),
+        (replace(AGAIN, flown="both", go=False, verdict="explained", contradicted=True), Task.LOWER,
+         "first is a NO-GO: lower the feed-forward to shadow, then dive the same again"),
+        # Its cause can be sent at once to a vehicle that moves nothing.
+        (MENDED, Task.UPLOAD, "compare and upload the cause that was diagnosed"),
+        (replace(MENDED, disarmed=False), Task.LOWER, "first is a NO-GO: lower"),
+        (replace(MENDED, verdict=""), Task.LOWER, "first is a NO-GO: lower"),
+        (replace(MENDED, taken_back=True), Task.LOWER, "first is a NO-GO: lower"),
+        (replace(HERE, mode="both", departs=True), Task.LOWER, "the vehicle departs from its model: lower"),
+        (replace(BOTH, departs=True), Task.LOWER, "the vehicle departs from its model: lower"),
+        (replace(SHADOW, departs=True), Task.BRING_HOME, "the vehicle departs from its model: bring it home, begin"),
+        (replace(BOTH, alarmed=True), Task.BRING_HOME, "see to the ALARM above first"),
+        (replace(BOTH, alarmed=True, departs=True), Task.LOWER, "the vehicle departs from its model: lower"),
         (replace(BOTH, departs=True, lost=True), Task.LOST, "lost while armed"),
         # Uploaded from elsewhere, and a folder without a dive.
         (replace(HERE, uploaded=True, mode="off"), Task.TO_SHADOW, "set the feed-forward to shadow"),
@@ -288,6 +301,13 @@ def in_shadow(place, monkeypatch):
     return place
 
 
+def contradicted_diagnosis():
+    """One whose check dive shows no such effect."""
+    data = diagnosis()
+    data["shrink"]["check"]["after"] = 4.0  # it was 3.13 without the causes
+    return data
+
+
 SHADOWED, FLOWN = "2026-11-21T0910Z-shadow", "2026-11-21T0920Z-both"
 
 
@@ -319,13 +339,14 @@ def test_a_dive_flown_again_after_a_no_go_is_asked_about_with_it_and_judged_wher
         assert in_shadow.situation().departed == ""
         assert next_of(in_shadow.situation()).words == f"validate {again}"
         kept.unlink()
+    # A diagnosis that its check dive contradicts does not stand: both are asked about together.
+    in_shadow.write(in_shadow.dives / FLOWN / "diagnosis.json", json.dumps(contradicted_diagnosis()))
+    assert next_of(in_shadow.situation()).words == f"{again} was flown after a NO-GO: ask what causes it"
 
 
 @pytest.mark.parametrize("contradicted", [False, True])
 def test_a_diagnosis_that_its_check_dive_contradicts_is_no_upload(in_shadow, contradicted):
-    data = diagnosis()
-    if contradicted:
-        data["shrink"]["check"]["after"] = 4.0  # it was 3.13 without the causes
+    data = contradicted_diagnosis() if contradicted else diagnosis()
     in_shadow.write(in_shadow.desk.dive / "diagnosis.json", json.dumps(data))
     write_parameters(in_shadow.desk.dive / "diagnosed.param", {"FF0_M_U": 12.5, "FF0_X_UU": 9.0}, (), 1, 1)
     in_shadow.stamp(in_shadow.desk.dive / "diagnosed.param")
@@ -408,11 +429,30 @@ def test_the_mode_heard_last_is_kept_while_the_vehicle_is_not_heard(place):
 @pytest.mark.parametrize(
     ("kind", "departs"), [(Kind.GAP, True), (Kind.THRUSTER, True), (Kind.BATTERY, False)]
 )
-def test_an_alarm_about_the_model_is_what_is_to_be_done_next(place, kind, departs):
+def test_an_alarm_of_an_armed_vehicle_is_what_is_to_be_done_next(place, kind, departs):
     now = shown(3, Armed.ARMED)
     now = replace(now, picture=replace(now.picture, alarms=(Alarm(kind, "", "x"),)))
-    assert place.situation(now).departs is departs
-    assert place.situation(replace(now, behind_s=60.0)).departs is False
+    assert (place.situation(now).departs, place.situation(now).alarmed) == (departs, not departs)
+    late = place.situation(replace(now, behind_s=60.0))
+    assert (late.departs, late.alarmed) == (False, False)
+    on_deck = replace(now, picture=replace(now.picture, armed=Armed.DISARMED))
+    assert place.situation(on_deck).alarmed is False
+
+
+def test_the_next_step_follows_an_alarm_as_soon_as_it_comes_or_goes(place):
+    calm = shown(3, Armed.ARMED)
+    views = FixedViews(calm)
+
+    def deep(alarms):
+        def step(_):
+            views.shown = replace(calm, picture=replace(calm.picture, alarms=alarms))
+
+        return step
+
+    see_to = "see to the ALARM above first"
+    comes = (deep((Alarm(Kind.DEPTH, "", "x"),)), Sees(see_to))
+    # By this clock no time goes by, and nothing else is looked up anew.
+    played(place.desk, Lacks(see_to), *comes, deep(()), Lacks(see_to), views=views, clock=lambda: 0.0)
 
 
 def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_does_not_yet(in_shadow):

@@ -391,7 +391,7 @@ def test_the_gap_shows_every_axis_where_there_is_room_and_else_the_worst():
 
 def test_the_gap_of_a_vehicle_that_is_not_heard_is_dated_and_has_no_figures():
     assert plain(gap_lines(GAP, "", 34, 3.0)) == ["MODEL ─ yaw 3.27, floor 0.17 deg/s"]
-    assert plain(gap_lines(GAP, "", 34, 190.0)) == ["MODEL ──────────── heard 3 min ago"]
+    assert plain(gap_lines(GAP, "", 34, 190.0)) == ["MODEL ──── last compared 3 min ago"]
 
 
 def test_once_a_dive_is_over_its_last_minute_stays_on_the_charts_with_its_age_whatever_screen_it_was_on():

@@ -68,9 +68,9 @@ SILENT = dict.fromkeys(("dvl", "imu", "fog", "attitude", "altitude", "pressure",
 @pytest.mark.parametrize(
     ("changes", "kind", "words", "after_s"),
     [
-        ({"battery": (13.8, 3.0)}, Kind.BATTERY, "battery 13.8 V, below 14 V", 5.0),
-        ({"pressure": (101_325.0 + 110_000.0, 15.0)}, Kind.DEPTH, "depth 11.2 m, deeper than 10 m", 0.0),
-        ({"altitude": (0.4,)}, Kind.ALTITUDE, "altitude 0.4 m, less than 0.5 m", 2.0),
+        ({"battery": (13.8, 3.0)}, Kind.BATTERY, "battery 13.80 V, below 14 V", 5.0),
+        ({"pressure": (101_325.0 + 110_000.0, 15.0)}, Kind.DEPTH, "depth 11.24 m, deeper than 10 m", 0.0),
+        ({"altitude": (0.4,)}, Kind.ALTITUDE, "altitude 0.40 m, less than 0.5 m", 2.0),
         ({"rpm": (0.0, *TURNS[1:])}, Kind.THRUSTER, "thruster 1 stands still at 1600 us", 3.0),
         ({"dvl": NO_LOCK}, Kind.SENSOR, "DVL: no bottom lock for ", 5.0),
         ({"dvl": None}, Kind.SENSOR, "DVL: silent for ", 5.0),
@@ -114,7 +114,7 @@ def test_a_disarmed_vehicle_still_tells_of_its_battery_and_its_leak():
         dive.vehicle.says(message, dive.now_s)
     assert dive.pictured(0.5, armed=False, battery=(13.0, 1.0)) == {
         Kind.VEHICLE: "the vehicle says: Leak Detected",
-        Kind.BATTERY: "battery 13.0 V, below 14 V",
+        Kind.BATTERY: "battery 13.00 V, below 14 V",
     }
     assert dive.pictured(31.0, armed=False) == {}
 
@@ -161,13 +161,16 @@ def test_a_file_that_cannot_be_meant_is_refused(tmp_path, text, words):
 BATTERY, LINK = Alarm(Kind.BATTERY, "", "13.9 V"), Alarm(Kind.LINK, "", "6 s")
 
 
-def test_the_bell_rings_once_for_each_alarm_and_again_when_it_comes_back():
+def test_the_bell_rings_once_for_each_alarm_and_again_when_it_comes_back_after_a_while():
     rung = []
     bell = Bell(SHIPPED, lambda: rung.append("bell"))
-    assert bell.hear((BATTERY,)) == (BATTERY,)
-    assert bell.hear((Alarm(Kind.BATTERY, "", "13.8 V"), LINK)) == (LINK,)
-    assert bell.hear(()) == ()
-    bell.hear((LINK,))
+    assert bell.hear((BATTERY,), 1.0) == (BATTERY,)
+    assert bell.hear((Alarm(Kind.BATTERY, "", "13.8 V"), LINK), 2.0) == (LINK,)
+    assert bell.hear((), 3.0) == ()
+    # One that comes and goes at its limit is one alarm.
+    assert bell.hear((LINK,), 11.0) == ()
+    assert bell.hear((), 12.0) == ()
+    assert bell.hear((LINK, BATTERY), 20.0) == (BATTERY,)
     assert len(rung) == 3
 
 
@@ -178,7 +181,7 @@ def test_a_sound_is_a_program_of_this_computer(tmp_path):
     program.chmod(0o755)
     started = []
     bell = Bell(Settings(bell=False, sound=f"{program} loud"), lambda: started.append("bell"))
-    bell.hear((LINK,))
+    bell.hear((LINK,), 0.0)
     assert bell.played.wait(10.0) == 0
     assert sounded.exists()
     assert started == []

@@ -20,6 +20,7 @@ from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import reminder, unfinished
 from gcs_plugin.watch.alarms import SHIPPED, Settings
+from gcs_plugin.watch.picture import Kind
 from tui.app import themes
 from tui.app.alarm_notes import AlarmEvent, AlarmNotes
 from tui.app.desk import Desk
@@ -75,7 +76,7 @@ class SeatrialApp(Modes, inherit_bindings=False):
         self._bell, self._alarm_notes = Bell(alarms, self.bell), AlarmNotes()
         self._keep_theme, self._pace = keep_theme, RefreshRate(fps)
         self._dies = False
-        self._step: tuple[float, Situation] | None = None
+        self._step: tuple[float, tuple[tuple[Kind, str], ...], Situation] | None = None
         self._warned_of: set[tuple[str, float]] = set()
         for name in themes.ORDER:
             self.register_theme(themes.theme(name))
@@ -231,11 +232,11 @@ class SeatrialApp(Modes, inherit_bindings=False):
         self.set_timer(period_s, self._refresh_view)
 
     def _situation(self, view: View) -> Situation:
-        """The situation, read once a second at most."""
-        now_s = self._clock()
-        if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S:
-            self._step = (now_s, read_situation(self.desk, view))
-        return self._step[1]
+        """The situation, read once a second at most, and as soon as an alarm comes or goes."""
+        now_s, alarms = self._clock(), tuple(alarm.key for alarm in view.alarms)
+        if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S or alarms != self._step[1]:
+            self._step = (now_s, alarms, read_situation(self.desk, view))
+        return self._step[2]
 
     async def _note(self, events: Sequence[AlarmEvent]) -> None:
         """Leave alarms as events in their dive folders."""
@@ -252,7 +253,7 @@ class SeatrialApp(Modes, inherit_bindings=False):
         view, for_step = self._news.seen(self._views.view())
         situation = self._situation(for_step)
         view = replace(view, situation=situation, next=next_of(situation), view_only=self.view_only)
-        if events := self._alarm_notes.take(self._bell.hear(view.alarms), view):
+        if events := self._alarm_notes.take(self._bell.hear(view.alarms, view.picture.now_s), view):
             self.run_worker(self._note(events), group="notes")
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None

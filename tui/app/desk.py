@@ -134,12 +134,13 @@ def values_of(*dives: Path) -> Path | None:
     Leaves out the model of an earlier diagnosis if a later one found nothing, and of one whose check contradicts it.
     """
     files = [dive / IDENTIFIED for dive in dives]
-    files += [
-        dive / ACCEPTABLE
-        for dive in dives
-        if newer(dive / ACCEPTABLE, dive / DIAGNOSED) and not is_contradicted(dive / DIAGNOSED)
-    ]
+    files += [dive / ACCEPTABLE for dive in dives if is_acceptable(dive)]
     return max(filter(written_ns, files), key=written_ns, default=None)
+
+
+def is_acceptable(dive: Path) -> bool:
+    """Whether the model that a diagnosis left beside a dive is its newest answer, and no check dive contradicts it."""
+    return newer(dive / ACCEPTABLE, dive / DIAGNOSED) and not is_contradicted(dive / DIAGNOSED)
 
 
 def check_dives(desk: Desk, dive: Path) -> tuple[Path, ...]:

@@ -51,8 +51,8 @@ class Situation:
     - heard: the vehicle speaks; linked: there are links to record.
     - contested: another vehicle has its address, so that nothing may be sent.
     - recording: a recording runs; over: its dive is over.
-    - lost: the vehicle fell silent while it was armed; departs: an alarm says that it does not answer its thrusters
-      as its model does.
+    - disarmed: the vehicle says so; lost: it fell silent while it was armed; departs: an alarm says that it does not
+      answer its thrusters as its model does; alarmed: while it is armed, any other alarm.
     - flies: it can fly manoeuvres by itself; flight: the state of the flight that Fly asks for.
     - mode: its feed-forward's mode, "" if unknown; last_mode: the last that was heard, "" for none.
     - working: the long verb that runs, "" for none; then: what was asked for and begins once the dives are read, ""
@@ -74,7 +74,7 @@ class Situation:
     - uploaded: the vehicle accepted the newest, or any where none are kept; taken_back: a roll back came after them.
     - halfway: an upload or a roll back was begun and never finished.
     - departed: the newest dive since that upload that was judged before the one meant, if it was a NO-GO with the
-      feed-forward, and neither of the two was diagnosed; "" for none.
+      feed-forward, and neither of the two has a diagnosis that stands; "" for none.
     - gate: the dive since that upload by which the feed-forward is raised to both or is not, with its GO: the newest in
       shadow, or a newer one that was a NO-GO; None without one.
     """
@@ -109,8 +109,10 @@ class Situation:
     verdict: str = ""
     contradicted: bool = False
     before_upload: bool = False
+    disarmed: bool = False
     lost: bool = False
     departs: bool = False
+    alarmed: bool = False
     gate: tuple[str, bool] | None = None
     departed: str = ""
 
@@ -181,14 +183,14 @@ VALIDATE = Next(Task.VALIDATE, ("screen.validate", "validate.start"), "validate 
 LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why, then diagnose it")
 TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
 LOWER = Next(Task.LOWER, ("ff.lower",), "{dive} is a NO-GO: lower the feed-forward to shadow")
-LOWER_NOW = replace(
-    LOWER, words="the ALARM above: it departs from its model; lower the feed-forward to shadow"
-)
+LOWER_AND_DIVE = replace(LOWER, words=f"{LOWER.words}, then dive the same again")
+LOWER_NOW = replace(LOWER, words="the vehicle departs from its model: lower the feed-forward to shadow")
 BRING_HOME = Next(
     Task.BRING_HOME,
     ("recording.next",),
-    "the ALARM above: bring the vehicle home, begin the next dive, and ask of this one what causes it",
+    "the vehicle departs from its model: bring it home, begin the next dive, and ask of this one what causes it",
 )
+SEE_TO = Next(Task.BRING_HOME, ("screen.watch",), "see to the ALARM above first")
 FLY = Next(Task.FLY, ("recording.next",), "once it has flown with the feed-forward: begin the next dive")
 FLY_UNKNOWN = replace(
     FLY,
@@ -206,7 +208,7 @@ LOOK_CLOSER = Next(
 )
 DIVE_AGAIN = replace(
     LOOK_CLOSER,
-    words="the check dive shows no such effect: dive the same again, then diagnose {dive} once more, checked on that",
+    words="the check dive shows no such effect: dive the same again, then ask once more, of both",
 )
 READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
 ASKED = Next(Task.WAIT, (), "answer what is asked; escape leaves it")
@@ -236,10 +238,12 @@ def next_of(now: Situation) -> Next:
         return END
     if now.departs and now.recording:
         return LOWER_NOW if lowered_to(now)[0] is not None else BRING_HOME
+    if now.alarmed:
+        return SEE_TO
     if not now.vehicle:
         return VEHICLE
-    if _flew_wrong(now) and lowered_to(now)[0] is not None:
-        return _with_dive(LOWER, now)
+    if _flew_wrong(now) and lowered_to(now)[0] is not None and not _has_remedy(now):
+        return _with_dive(LOWER_AND_DIVE if now.contradicted else LOWER, now)
     if not (now.uploaded or now.identified) and (now.mode in ACTING or now.flown in ACTING):
         return _with_dive(_with_unknown_model(now), now)
     if not now.dive and not (now.uploaded and now.mode):
@@ -306,6 +310,11 @@ def _flew_wrong(now: Situation) -> bool:
     return now.go is False and now.flown in ACTING and not now.before_upload
 
 
+def _has_remedy(now: Situation) -> bool:
+    """Whether the cause of a NO-GO can be uploaded at once: its vehicle moves nothing meanwhile."""
+    return now.disarmed and now.accepts and bool(now.verdict) and not (now.contradicted or now.taken_back)
+
+
 def _with_unknown_model(now: Situation) -> Next:
     """Of a vehicle that flies, or flew, with a model of which nothing is kept here."""
     if now.flown in ACTING:
@@ -367,7 +376,7 @@ def _to_vehicle(now: Situation, then: Next) -> Next:
     if not now.linked and not now.recording:
         return CONNECT if then is RECORD else replace(CONNECT, words=f"{CONNECT.words}; then: {then.words}")
     if now.recording:
-        return replace(SILENT, task=then.task)
+        return replace(SILENT, task=then.task, words=f"{SILENT.words}; then: {then.words}")
     return _to_recording(now, then)
 
 

@@ -88,11 +88,15 @@ def read_situation(desk: Desk, view: View) -> Situation:
         go=go,
         verdict=_read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED)) if dive and flown else "",
         contradicted=dive is not None and is_contradicted(dive / DIAGNOSED),
+        disarmed=picture.armed is Armed.DISARMED,
         lost=picture.armed in (Armed.ARMED, Armed.FAILSAFE)
         and heard_of(picture) is None
         and bool(picture.links)
         and not view.over,
         departs=view.behind_s <= GONE_S and any(alarm.kind in OF_MODEL for alarm in view.alarms),
+        alarmed=view.behind_s <= GONE_S
+        and picture.armed in (Armed.ARMED, Armed.FAILSAFE)
+        and any(alarm.kind not in OF_MODEL for alarm in view.alarms),
         gate=_gate(since),
         departed=_departed(since[: since.index(dive)])
         if dive in since and not written_ns(dive / DIAGNOSED)
@@ -200,12 +204,13 @@ def _gate(since: Sequence[Path]) -> tuple[str, bool] | None:
 
 def _departed(before: Sequence[Path]) -> str:
     """Of dives since an upload, before the one meant, the newest judged with the feed-forward, if it was a NO-GO and
-    has no diagnosis; "" otherwise."""
+    has no diagnosis that stands; "" otherwise."""
     judged = _all_judged(before)
     for dive in reversed(before):
         flown, go = judged.get(dive.name, NOT_JUDGED)
         if flown in (Mode.ALONE.word, Mode.BOTH.word):
-            return dive.name if go is False and not written_ns(dive / DIAGNOSED) else ""
+            asked = written_ns(dive / DIAGNOSED) and not is_contradicted(dive / DIAGNOSED)
+            return dive.name if go is False and not asked else ""
     return ""
 
 

@@ -126,7 +126,7 @@ def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> Non
         # With the recording by way of which it was watched, the dive is over.
         over = arguments.link is None and _holding(None) is None
         shown = replace(newest, alarms=()) if over else newest
-        bell.hear(shown.alarms)
+        bell.hear(shown.alarms, shown.now_s)
         return True
 
     if not console.is_terminal:

@@ -78,8 +78,8 @@ def _dive(data: Mapping[str, Any]) -> DiveRow:
 
 
 def with_unread(dives: Sequence[DiveRow], root: Path) -> tuple[DiveRow, ...]:
-    """Add the dives of `root` that the list lacks, with the facts known without reading them, and renew those facts
-    of dives still unread, which grow while they are recorded. The newest first."""
+    """Add the dives of `root` that the list lacks, with the facts known without reading them, or from an earlier look,
+    and renew those facts of dives still unread, which grow while they are recorded. The newest first."""
     try:
         folders = dive_folders(root)
     except LogError:
@@ -95,9 +95,8 @@ def _order(dive: DiveRow) -> tuple[float, str]:
 
 
 def _unread(folder: Path) -> DiveRow:
-    glance = kept_glance(folder)
-    lasts_s = real(length_s(folder)) if glance is None else glance.duration_s
-    return DiveRow(folder, printable(short_name(folder), "?"), 0, Glance(began(folder), lasts_s), "", (), ())
+    glance = kept_glance(folder) or Glance(began(folder), real(length_s(folder)))
+    return DiveRow(folder, printable(short_name(folder), "?"), 0, glance, "", (), ())
 
 
 def is_unread(dive: DiveRow) -> bool:

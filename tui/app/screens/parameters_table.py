@@ -6,7 +6,7 @@ from typing import Final
 
 from bridge.reports import Written
 from gcs_plugin.params.comparison import Compared, Comparison
-from gcs_plugin.params.plan import NOT_SET, Verdict
+from gcs_plugin.params.plan import Verdict
 from gcs_plugin.params.proposal import TAKEN_BACK
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, around
 from tui.app.header import PHONE
@@ -222,8 +222,8 @@ def number(value: float | None, digits: int = DIGITS) -> str:
 
 
 def acting_number(entry: Compared, value: float | None, digits: int = DIGITS) -> str:
-    """The value by which the vehicle acts, to so many digits; in words if a mass or damping is not set."""
-    return NOT_SET if entry.is_unset(value) else number(entry.acts_by(value), digits)
+    """The value by which the vehicle acts, to so many digits, or the word that stands for it."""
+    return entry.word_for(value) or number(entry.acts_by(value), digits)
 
 
 def _change(change: float | None) -> str:
