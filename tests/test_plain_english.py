@@ -24,9 +24,17 @@ aiohttp come to."""
 def words():
     for room in ROOMS:
         for path in (ROOT / room).rglob("*.py"):
-            for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
                     yield from str(node.value.value).lower().replace("`", " ").split()
+
+
+def statements(node):
+    """All in a node, however deep; a docstring is never within an expression."""
+    for part in ("body", "orelse", "finalbody", "handlers", "cases"):
+        for inner in getattr(node, part, ()):
+            yield inner
+            yield from statements(inner)
 
 
 def test_words_that_stand_for_nothing_are_rare():

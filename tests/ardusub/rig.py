@@ -1,5 +1,7 @@
 """A companion beside an autopilot, and the ground that flies it, on simulated or real time alike."""
 
+from collections import defaultdict
+
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.companion import Companion, companion_file
@@ -14,6 +16,7 @@ from bridge.wire.status_codes import decoded
 
 FILE = companion_file(load_vehicle("bluerov2"))
 STICKS_S = 0.04
+NUMBERS = {kind.msgname: number for number, kind in dialect.mavlink_map.items()}
 
 
 class Aboard:
@@ -44,6 +47,26 @@ class Aboard:
         assert self.parameters.write(MODE, float(mode), armed=False) is None
 
 
+class Heard:
+    """What came, by kind: a frame is decoded when a test asks for its kind."""
+
+    def __init__(self):
+        self.frames, self.messages = defaultdict(list), defaultdict(list)
+
+    def take(self, frames):
+        for frame in frames:
+            self.frames[frame.message_id].append(frame)
+
+    def of(self, kind):
+        number, known = NUMBERS[kind], self.messages[kind]
+        known += [m for m in map(decode, self.frames.pop(number, ())) if m is not None]
+        return known
+
+    def clear(self):
+        self.frames.clear()
+        self.messages.clear()
+
+
 class Pilot:
     """A ground station with a joystick: it beats, sends its sticks 25 times a second, and hears all."""
 
@@ -52,7 +75,7 @@ class Pilot:
         self.sticks = {"x": 0, "y": 0, "z": 500, "r": 0}
         self.flies = self.beats = True
         self.beat_s = self.sticks_s = 0.0
-        self.heard = []
+        self.heard = Heard()
 
     def __call__(self):
         now_s = self.autopilot.clock.boot_s()
@@ -63,7 +86,7 @@ class Pilot:
             self.sticks_s = now_s + STICKS_S
             self.send(dialect.MAVLink_manual_control_message(1, **self.sticks, buttons=0))
         while data := self.autopilot.ground.read(0.0):
-            self.heard += [m for m in map(decode, self.framer.feed(data)) if m is not None]
+            self.heard.take(self.framer.feed(data))
 
     def send(self, message):
         self.autopilot.ground.write(self.encoder.encode(message))
@@ -86,7 +109,7 @@ class Pilot:
         self.send(dialect.MAVLink_param_set_message(1, component, name.encode(), value, 9))
 
     def of(self, kind):
-        return [m for m in self.heard if m.get_type() == kind]
+        return self.heard.of(kind)
 
     def beats_of_autopilot(self):
         return [m for m in self.of("HEARTBEAT") if m.get_srcComponent() == 1]

@@ -120,7 +120,7 @@ def test_a_script_that_stops_leaves_the_mixers_own_output_each_time(tmp_path):
                 seen.append((firmware.body.time_s, added(pilot)))
 
             firmware.run(0.3, *acts, look)
-            pilot.heard = pilot.of("SERVO_OUTPUT_RAW")
+            pilot.of("NAMED_VALUE_FLOAT").clear()
             firmware.run(0.7, *acts, look)
             last_s = max((at_s for at_s, more in seen if more), default=stopped_s)
             took_ms.append(1e3 * (last_s - stopped_s))

@@ -140,10 +140,10 @@ def told(mode, changes=OTHER_FRAME[0]):
     return fake, aboard, pilot
 
 
-@pytest.mark.parametrize(("mode", "times"), [(Mode.BOTH, 3), (Mode.SHADOW, 3), (Mode.OFF, 1)])
+@pytest.mark.parametrize(("mode", "times"), [(Mode.BOTH, 2), (Mode.SHADOW, 2), (Mode.OFF, 1)])
 def test_a_trouble_is_said_again_every_half_minute_while_a_mode_needs_the_companion(mode, times):
     fake, aboard, pilot = told(mode)
-    fake.run(65.0, aboard, pilot)
+    fake.run(32.0, aboard, pilot)
     assert pilot.words().count(OTHER_FRAME[1]) == times
 
 

@@ -44,10 +44,10 @@ def test_a_change_is_of_one_place_and_text_hints_and_assertions_stay(source, oth
 
 
 def test_each_draw_is_the_same_and_every_mutant_in_it_is_another_program():
+    assert drawn(ROOT, FOLDERS[0], EACH, SEED) == drawn(ROOT, FOLDERS[0], EACH, SEED)
     for folder in FOLDERS:
-        mutants = drawn(ROOT, folder, EACH, SEED)
-        assert mutants == drawn(ROOT, folder, EACH, SEED)
-        assert len(set(mutants)) == EACH
+        mutants = drawn(ROOT, folder, 10, SEED)
+        assert len(set(mutants)) == 10
         for mutant in mutants:
             source = (ROOT / mutant.file).read_bytes()
             assert source[mutant.begin : mutant.end].decode() == mutant.old
@@ -66,16 +66,32 @@ def test_a_draw_keeps_its_mutants_when_other_lines_are_added(tmp_path):
     assert {(mutant.old, mutant.new) for mutant in drawn(tmp_path, "a", 20, 2)} != after
 
 
-def test_the_tests_that_import_a_module_come_before_those_that_do_so_by_another():
-    tests = nearest_tests(ROOT, "identify/challenge/seal.py")
-    files = ("challenge/test_planted_dives", "cli/test_diagnose_command", "bench/test_unknown")
-    places_of_them = [tests.index(f"tests/{file}.py") for file in files]
-    assert places_of_them == sorted(places_of_them)
-    assert "tests/vehicle/test_modes.py" not in tests
+def planted_tree(folder, texts):
+    for name, text in texts.items():
+        file = folder / name
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text)
+
+
+def test_the_tests_that_import_a_module_come_before_those_that_do_so_by_another(tmp_path):
+    tree = {
+        "bridge/law.py": "",
+        "bridge/limits.py": "from bridge import law\n",
+        "bridge/flight.py": "import bridge.limits\n",
+        "bridge/other.py": "",
+        "tests/a/test_far.py": "from bridge.flight import fly\n",
+        "tests/b/test_near.py": "from bridge.limits import LIMITS\n",
+        "tests/c/test_itself.py": "from bridge.law import bound\n",
+        "tests/d/test_nothing.py": "from bridge import other\n",
+    }
+    planted_tree(tmp_path, tree)
+    assert nearest_tests(tmp_path, "bridge/law.py") == [
+        "tests/c/test_itself.py", "tests/b/test_near.py", "tests/a/test_far.py",
+    ]  # fmt: skip
 
 
 def test_a_program_that_a_test_starts_and_a_fixture_count_as_imports(tmp_path):
-    for name, text in {
+    tree = {
         "tui/cli.py": 'def main(verb):\n    __import__(f"tui.commands.{verb}")\n',
         "tui/commands/fly.py": "from bridge import law\n",
         "bridge/law.py": "",
@@ -83,9 +99,8 @@ def test_a_program_that_a_test_starts_and_a_fixture_count_as_imports(tmp_path):
         "tests/a/test_fixture.py": "",
         "tests/b/test_verb.py": 'WORDS = ("python", "-m", "tui.cli")\n',
         "tests/b/test_other.py": "",
-    }.items():
-        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
-        (tmp_path / name).write_text(text)
+    }
+    planted_tree(tmp_path, tree)
     assert nearest_tests(tmp_path, "bridge/law.py") == ["tests/a/test_fixture.py", "tests/b/test_verb.py"]
 
 
@@ -98,9 +113,8 @@ BROKEN = FALLING.replace("== 3", "== 4")
 def judged(folder, monkeypatch, test, old="3", new="6"):
     """The verdict on a change of `LAW`, by the one test there, and how often pytest ran."""
     root, began, run = folder / "tree", LAW.index(old), subprocess.Popen
-    for name, text in {"bridge/__init__.py": "", "bridge/law.py": LAW, "tests/test_law.py": test}.items():
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(text)
+    tree = {"bridge/__init__.py": "", "bridge/law.py": LAW, "tests/test_law.py": test}
+    planted_tree(root, tree)
     mutant = Mutant("bridge/law.py", 1, began, began + len(old), old, new)
     runs = []
 

@@ -55,6 +55,7 @@ def test_every_onset_can_be_simulated_and_has_a_cause_to_be_named():
         assert onset.named(effects)
 
 
+@pytest.mark.soak
 def test_a_current_that_sets_in_is_found_and_named():
     data = onset_dive("current", "hovering", 8301)
     assert data["early"] == 0

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fakes.planted import diagnosed, drawn_nominal, explained, quiet
+from soak import rows_rest_in_soak
 
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Prior
@@ -483,7 +484,7 @@ def test_a_quadratic_drag_that_the_file_gives_its_hull_is_no_cause_but_a_coeffic
         assert diagnosis.numbers[name].low95 < truth[name] < diagnosis.numbers[name].high95
 
 
-@pytest.mark.parametrize(("share", "causes"), [(1.0, []), (0.4, ["fouling"])])
+@pytest.mark.parametrize(("share", "causes"), rows_rest_in_soak([(0.4, ["fouling"]), (1.0, [])]))
 def test_a_quadratic_drag_accepted_earlier_is_compared_with_the_dives(draggy, share, causes):
     case, file, diagnosis = draggy
     accepted = {

@@ -324,8 +324,8 @@ def of_configuration(index: int) -> Dive:
 @pytest.fixture(scope="module")
 def pair() -> tuple[Case, Case]:
     """A vehicle with a dead zone, and its simulator without."""
-    real = draw_case(150002, names=["dead_zone"], size=0.8, seconds=120.0)
-    return real, draw_case(150002, names=[], seconds=120.0)
+    real = draw_case(150002, names=["dead_zone"], size=0.8, seconds=80.0)
+    return real, draw_case(150002, names=[], seconds=80.0)
 
 
 def test_a_planted_effect_is_what_the_plain_simulator_lacks(pair: tuple[Case, Case]):

@@ -7,7 +7,7 @@ from identify.diagnose.diagnose import diagnose
 
 
 def test_the_gain_of_a_depth_sensor_is_named_with_its_size() -> None:
-    case = draw_case(100_011, names=["depth_scale"], size=1.0, seconds=110.0)
+    case = draw_case(100_011, names=["depth_scale"], size=1.0, seconds=80.0)
     diagnosis = diagnose(dive_of(case), case.file, case.configuration, progress=lambda *_report: None)
     (finding,) = diagnosis.findings
     assert (diagnosis.verdict, finding.name) == ("explained", "depth_scale")

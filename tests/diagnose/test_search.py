@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from fakes.planted import explained
+from soak import rest_in_soak
 
 from identify.diagnose import findings
 from identify.diagnose.causes import ambiguity, confidence, ranking, search, selection
@@ -344,7 +345,7 @@ def test_of_two_thrusters_that_do_as_well_the_weak_one_is_named(monkeypatch, log
     assert [cause.effect.number for cause in fit.causes] == [named]
 
 
-@pytest.mark.parametrize("planted", range(3), ids=["delay", "first order", "two stages"])
+@pytest.mark.parametrize("planted", rest_in_soak(range(3)), ids=["delay", "first order", "two stages"])
 def test_a_late_thrust_is_named_by_the_form_with_which_the_filters_are_likeliest(nominal, planted):
     forms = (COMMAND_DELAY, *thruster_lag(nominal.course.lag_s))
     causes = [Cause(form, form.none() + 0.2) for form in forms]

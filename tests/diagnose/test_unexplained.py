@@ -246,7 +246,7 @@ def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(weighing
     rows_rest_in_soak([
         ("knocks", 5, "time", "intermittent"), ("own_wake", 0, "speed", "transient"),
         ("vortex_shedding", 1, "speed", "periodic"), ("ballast_pump", 2, "time", "periodic"),
-    ], keep=2),
+    ]),
 )  # fmt: skip
 def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing):
     left = left_of(name, 330_901)

@@ -7,7 +7,6 @@ import pytest
 from fakes.planted import explained, planted_nominal, quiet
 from fakes.shared import shared
 from fakes.vehicle import VEHICLE
-from soak import rest_in_soak
 
 from bridge.simulator.dive import simulate_dive
 from bridge.simulator.missions import validation
@@ -26,7 +25,7 @@ from identify.ingest.open import read_dive
 from identify.statistics import Z95
 
 WHOLE_S = 1000.0
-short_or_whole = pytest.mark.parametrize("seconds", rest_in_soak([150.0, WHOLE_S]))
+short_and_whole = pytest.mark.parametrize("seconds", [150.0, WHOLE_S])
 
 
 def diagnosis_of(name, seconds, lag_s=0.03):
@@ -40,7 +39,8 @@ def diagnosis_of(name, seconds, lag_s=0.03):
     return diagnose(dive, file, "hovering", check=check, progress=quiet)
 
 
-@short_or_whole
+@pytest.mark.soak
+@short_and_whole
 def test_a_dive_that_hides_nothing_has_no_gap(seconds):
     diagnosis = diagnosis_of("open_1", seconds)
     assert diagnosis.verdict == "no_gap"
@@ -49,7 +49,8 @@ def test_a_dive_that_hides_nothing_has_no_gap(seconds):
     assert diagnosis.check.after == pytest.approx(1.0, abs=0.15)
 
 
-@pytest.mark.parametrize("seed", rest_in_soak([310_024, 310_001, 310_023, 310_026]))
+@pytest.mark.soak
+@pytest.mark.parametrize("seed", [310_024, 310_001, 310_023, 310_026])
 def test_a_quiet_gyro_that_sees_a_whole_dive_turn_makes_no_unknown_force(seed):
     """Its readings, dated an eighth of a millisecond off, did."""
     case = draw_case(seed, kind="none")
@@ -57,7 +58,8 @@ def test_a_quiet_gyro_that_sees_a_whole_dive_turn_makes_no_unknown_force(seed):
     assert (diagnosis.verdict, diagnosis.findings) == ("no_gap", ())
 
 
-@short_or_whole
+@pytest.mark.soak
+@short_and_whole
 def test_a_drag_that_is_hidden_is_named_with_its_size_and_nothing_else_is(seconds):
     diagnosis = diagnosis_of("open_2", seconds)
     assert [finding.name for finding in diagnosis.findings] == ["quadratic_drag"]

@@ -9,6 +9,7 @@ import pytest
 from fakes.lossy import Lossy
 from ideal import LIMITS
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from soak import rows_rest_in_soak
 
 from bridge.clock import SimulatedClock
 from bridge.flight.flight import End, State
@@ -156,18 +157,21 @@ def tilted(sea):
 
 
 RETURNS = {
-    "the link is lost": (silent, {}, WAVE, End.LINK),
     "the program that flies it dies, another ground beats": (dead_program, {}, WAVE, End.LINK),
+    "the distance limit": (None, {"distance_m": 1.0}, AWAY, End.DISTANCE),
+    "the tilt limit": (tilted, {}, WAVE, End.TILT),
+    "the link is lost": (silent, {}, WAVE, End.LINK),
     "the battery is low": (low_battery, {}, WAVE, End.BATTERY),
     "the depth limit": (None, {"deepest_m": 2.0}, DOWN, End.DEPTH),
-    "the distance limit": (None, {"distance_m": 1.0}, AWAY, End.DISTANCE),
     "the speed limit": (None, {"speed_m_s": 0.3}, AWAY, End.SPEED),
     "the altitude limit": (None, {"altitude_m": 6.2}, DOWN, End.ALTITUDE),
-    "the tilt limit": (tilted, {}, WAVE, End.TILT),
 }
+"""The others are flown at any moment below, or by an ideal vehicle in `test_flight`."""
 
 
-@pytest.mark.parametrize(("fail", "limits", "legs", "end"), RETURNS.values(), ids=RETURNS)
+@pytest.mark.parametrize(
+    ("fail", "limits", "legs", "end"), rows_rest_in_soak(RETURNS.values(), keep=3), ids=RETURNS
+)
 def test_a_limit_brings_it_back_where_it_holds_and_disarms_by_itself(fail, limits, legs, end):
     sea = Sea(limits=replace(LIMITS, **limits)).begin()
     sea.session.fly(legs)

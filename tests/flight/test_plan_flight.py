@@ -51,7 +51,7 @@ legs:
 """
 LIMIT_FILE = (
     "shallowest_m: 0.1\ndeepest_m: 4\naltitude_m: 1\ndistance_m: 4\nspeed_m_s: 0.8\ntilt_deg: 25\nbattery_v: 13\n"
-    "time_s: 900\n"
+    "time_s: 900\nhold_s: 5\n"
 )
 
 

@@ -58,14 +58,17 @@ class KilledError(BaseException):
     """Stands in for a kill: nothing catches it."""
 
 
-def requests_of(tmp_path):
-    """How many messages it takes without a fault."""
+def messages_of(tmp_path, every):
+    """Every so many of the messages that it takes without a fault, the first and the last among them."""
     dive = Dive(tmp_path / "count")
     dive.dive(5.0)
     sent = []
     dive.write = lambda data: (sent.append(data), dive.link.write(data))
     fetched(dive, Mirror(tmp_path / "counted"))
-    return len(sent)
+    return sorted({*range(1, len(sent) + 1, every), len(sent)})
+
+
+at_any_message = pytest.mark.parametrize("every", rest_in_soak([4, 1]))
 
 
 def at_message(dive, number, happens):
@@ -85,10 +88,11 @@ def killed():
     raise KilledError
 
 
-def test_a_ground_killed_at_any_message_goes_on_where_it_was(tmp_path):
-    messages = requests_of(tmp_path)
-    assert messages > 10
-    for number in range(1, messages + 1):
+@at_any_message
+def test_a_ground_killed_at_any_message_goes_on_where_it_was(tmp_path, every):
+    messages = messages_of(tmp_path, every)
+    assert messages[-1] > 10
+    for number in messages:
         dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
         dive.dive(5.0)
         at_message(dive, number, killed)
@@ -100,16 +104,18 @@ def test_a_ground_killed_at_any_message_goes_on_where_it_was(tmp_path):
         assert again.fetched == again.total_bytes - there
 
 
-def test_a_vehicle_that_starts_anew_at_any_message_is_fetched_whole(tmp_path):
-    for number in range(1, requests_of(tmp_path) + 1):
+@at_any_message
+def test_a_vehicle_that_starts_anew_at_any_message_is_fetched_whole(tmp_path, every):
+    for number in messages_of(tmp_path, every):
         dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
         dive.dive(5.0)
         at_message(dive, number, dive.switch_on)
         assert is_mirrored(mirror, dive, fetched(dive, mirror).chosen)
 
 
-def test_a_link_cut_at_any_message_for_a_while_only_costs_that_while(tmp_path):
-    for number in range(1, requests_of(tmp_path) + 1):
+@at_any_message
+def test_a_link_cut_at_any_message_for_a_while_only_costs_that_while(tmp_path, every):
+    for number in messages_of(tmp_path, every):
         dive, mirror = Dive(tmp_path / f"ring{number}"), Mirror(tmp_path / f"mirror{number}")
         dive.dive(5.0)
         at_message(dive, number, lambda dive=dive: dive.cut(True))

@@ -9,7 +9,7 @@ import pytest
 from diving_vehicle import Dive
 from fakes.recordings import raws
 from merged_dives import SOURCE, all_frames, dive_of, each_once, heard_by, of_it, put_together
-from soak import rows_rest_in_soak
+from soak import rest_in_soak, rows_rest_in_soak
 
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder
@@ -29,7 +29,7 @@ pytestmark = pytest.mark.usefixtures("switched_off")
 def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_stated(
     tmp_path, offset_s, drift
 ):
-    frames, rng = all_frames(300.0), random.Random(1)
+    frames, rng = all_frames(150.0), random.Random(1)
     begin_s = frames[0][0] * 1e-6
 
     def clock(unix_s):
@@ -37,7 +37,7 @@ def test_a_planted_offset_and_drift_of_two_recorders_are_found_within_what_is_st
 
     ground = heard_by(frames, lambda unix_s: unix_s, rng)
     result = put_together(tmp_path, ground, heard_by(frames, clock, rng))
-    time_s = np.linspace(begin_s, begin_s + 300.0, 5)
+    time_s = np.linspace(begin_s, begin_s + 150.0, 5)
     truth_s = np.array([clock(time_) - time_ for time_ in time_s])
     within_s = result.clock.within_s(time_s[0], time_s[-1])
     assert np.abs(result.clock.ahead_s(time_s) - truth_s).max() <= within_s < 0.02
@@ -121,7 +121,9 @@ def most_off_s(merged, frames):
     return max(abs(stamp_us - dated[raw]) * 1e-6 for stamp_us, raw in merged.records)
 
 
-@pytest.mark.parametrize("by_s", [-86_400.0, -60.0, -2.0, -0.5, 0.5, 2.0, 60.0, 3600.0, 86_400.0])
+@pytest.mark.parametrize(
+    "by_s", rest_in_soak([-86_400.0, -0.5, 0.5, 3600.0, -60.0, -2.0, 2.0, 60.0, 86_400.0], keep=4)
+)
 def test_a_clock_that_was_set_is_refused_with_the_reason(tmp_path, frames, by_s):
     ground, other = ([frames[0], *of_it(frames[1:], share=0.7, seed=seed)] for seed in (1, 2))
     at_us = frames[0][0] + round(STEP_AT_S * 1e6)

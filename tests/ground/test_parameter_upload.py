@@ -2,6 +2,7 @@
 
 import pytest
 from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
+from soak import rest_in_soak
 
 from bridge.errors import ParamRejected
 from bridge.vehicle.parameters import COMMIT, set_crc
@@ -45,7 +46,7 @@ def test_a_vehicle_that_takes_nothing_from_here_ends_an_upload_soon_and_nothing_
 
 @pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
 @pytest.mark.parametrize("faults", [{}, BAD_LINK])
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", rest_in_soak(range(10), keep=3))
 def test_an_off_of_another_in_the_middle_is_raised_by_nothing_that_an_upload_writes(seed, faults, stage):
     vehicle = Reached(OLD, seed, **faults)
     ordered = []
@@ -93,7 +94,7 @@ def test_what_is_so_already_is_not_written_and_what_was_staged_and_never_committ
     assert vehicle.flying()["FF0_M_U"] == 24.5
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", rest_in_soak(range(10), keep=3))
 @pytest.mark.parametrize(
     "fault",
     [{"refuses": {"FF0_M_V"}}, {"stores": {"FF0_D_U": 0.5}}, {"refuses": {"FF_MODE"}}, {"armed": True}],
@@ -109,7 +110,7 @@ def test_one_refusal_takes_everything_back(seed, fault):
         assert ending.outcome is Outcome.ROLLED_BACK
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", rest_in_soak(range(10), keep=3))
 def test_a_refusal_behind_the_first_commit_leaves_no_set_in_force_as_before(seed):
     vehicle = Reached(OLD, seed, **BAD_LINK, refuses={"FF_MODE"})
     assert vehicle.server.write("FF_COMMIT", 0.0, False) is None
@@ -119,7 +120,7 @@ def test_a_refusal_behind_the_first_commit_leaves_no_set_in_force_as_before(seed
 
 
 @pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", rest_in_soak(range(8), keep=2))
 def test_a_vehicle_armed_in_any_stage_has_the_old_set_or_all_of_the_new(stage, seed):
     vehicle = Reached(OLD, seed, jitter_s=0.1)
     vehicle.server.unproven = lambda: ""
@@ -166,7 +167,7 @@ def test_a_vehicle_that_starts_anew_at_every_commit_ends_at_the_deadline():
     is_told_as_it_is(vehicle, upload.ending, OLD, NEW)
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", rest_in_soak(range(20), keep=4))
 def test_a_vehicle_without_commit_is_written_directly_and_taken_back_directly(seed):
     values = {"SERVO1_MIN": 1100.0, "SERVO1_MAX": 1900.0, "SERVO1_TRIM": 1500.0}
     targets = {"SERVO1_MIN": 1000.0, "SERVO1_MAX": 2000.0}

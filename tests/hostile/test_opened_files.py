@@ -97,8 +97,14 @@ FORBIDDEN = {
 }  # fmt: skip
 
 
-def calls(tree):
-    for node in ast.walk(tree):
+MAY_CALL = re.compile(
+    r"\b(?:eval|exec|pickle|marshal|shelve|load|full_load|unsafe_load|system|popen|shell)\b"
+)
+"""A word of each; a file without any is not parsed."""
+
+
+def calls(text):
+    for node in ast.walk(ast.parse(text)) if MAY_CALL.search(text) else ():
         if isinstance(node, ast.Call):
             yield ast.unparse(node.func), node
 
@@ -108,7 +114,7 @@ def test_nothing_that_runs_what_it_reads_is_called_anywhere():
     assert len(files) > 200
     for file in files:
         place = str(file.relative_to(ROOT))
-        for name, call in calls(ast.parse(file.read_text(encoding="utf-8"))):
+        for name, call in calls(file.read_text(encoding="utf-8")):
             words = {word.arg: ast.unparse(word.value) for word in call.keywords}
             if name == "np.load" and words.get("allow_pickle") == "False":
                 continue

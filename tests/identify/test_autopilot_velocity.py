@@ -94,9 +94,9 @@ def recorded(case, folder):
     return read_dive(folder / "dive.tlog.gz", None, file), file, name
 
 
-def calm(seed, number, late_s, smooth_s):
+def calm(seed, number, late_s, smooth_s, seconds=160.0):
     """An empty field dive in still water, whose autopilot's velocity is late and smooth but hardly noisy."""
-    case = draw(seed, number, NONE, seconds=240.0)
+    case = draw(seed, number, NONE, seconds=seconds)
     still = replace(case.sea, std=0.01 * case.sea.std)
     return replace(
         case, sea=still, filter=replace(case.filter, late_s=late_s, smooth_s=smooth_s, noise_m_s=1e-4)
@@ -111,7 +111,7 @@ def test_lateness_and_smoothing_of_a_drawn_field_dive_are_found(tmp_path):
 
 
 def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path):
-    dive, file, name = recorded(calm(11, 4, 0.08, 0.15), tmp_path)
+    dive, file, name = recorded(calm(11, 4, 0.08, 0.15, seconds=100.0), tmp_path)
     assert dive.gyro is not None
     assert dive.attitude is not None
     turned = {
@@ -126,7 +126,7 @@ def test_a_delay_that_yaw_alone_shows_makes_no_velocity_early(tmp_path):
 
 def test_a_smoothing_as_slow_as_the_hull_leaves_its_mass_true(tmp_path):
     """This hull's quadratic drag stops it within a quarter of a second."""
-    case = calm(810000, 1, 0.02, 0.2)
+    case = calm(810000, 1, 0.02, 0.2, seconds=120.0)
     dive, file, name = recorded(case, tmp_path)
     fits = _fitted(dated_back(dive, 0.02, 0.2), 0.0, file, name, (SURGE, SWAY), ())
     masses = [np.exp(fit.theta[0]) / case.vehicle.mass[fit.dof] for fit in fits]

@@ -12,6 +12,7 @@ import pytest
 from bags_made import FORMS, LATE_NS, ROS1, ROS2, START_NS, STEP_NS, header, store_of, swim, write_bag
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from soak import rest_in_soak
 
 from bridge import exit_codes
 from bridge.errors import LogError
@@ -302,7 +303,7 @@ def test_a_message_that_contradicts_its_definition_is_counted(tmp_path: Path) ->
     )
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", rest_in_soak(FORMS, keep=3))
 def test_a_bag_that_is_cut_anywhere_gives_what_is_before_or_one_sentence(tmp_path: Path, form: str) -> None:
     file = write_bag(tmp_path, form, swim(store_of(form), COUNT))
     data, cut = file.read_bytes(), tmp_path / f"cut{file.suffix}"
@@ -401,7 +402,7 @@ def test_a_cut_before_the_first_message_says_that_nothing_can_be_read(tmp_path: 
     )
 
 
-@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("form", rest_in_soak(FORMS, keep=3))
 def test_damage_anywhere_is_never_more_than_a_sentence(tmp_path: Path, form: str) -> None:
     file = write_bag(tmp_path, form, swim(store_of(form), 20))
     data, rng = file.read_bytes(), random.Random(form)

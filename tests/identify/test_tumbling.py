@@ -110,7 +110,7 @@ def fit(dive):
 
 @pytest.mark.parametrize(
     ("gyro", "pitching"),
-    rows_rest_in_soak([(True, 4.0), (False, 4.0), (True, 0.4), (False, 0.4)], keep=2),
+    rows_rest_in_soak([(True, 4.0), (False, 4.0), (True, 0.4), (False, 0.4)]),
     ids=lambda value: {0.4: "in roll", 4.0: "in roll and pitch"}.get(
         value, "gyro" if value else "attitude alone"
     ),

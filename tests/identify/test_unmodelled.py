@@ -7,7 +7,7 @@ import network_tasks
 import numpy as np
 import pytest
 from scipy.stats import chi2
-from soak import rest_in_soak
+from soak import rest_in_soak, rows_rest_in_soak
 
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.fit.missing_forces import lacking_doubts
@@ -132,7 +132,9 @@ def test_a_dvl_that_reads_the_turning_as_speed_is_doubted():
     assert [lack.kind for lack in lacks(turned) if lack.dof == SURGE] == [Kind.TURNING]
 
 
-@pytest.mark.parametrize(("names", "kinds"), [(["weak_thruster"], {Kind.ACROSS}), ([], set())])
+@pytest.mark.parametrize(
+    ("names", "kinds"), rows_rest_in_soak([(["weak_thruster"], {Kind.ACROSS}), ([], set())])
+)
 def test_a_weak_thruster_that_drives_several_axes_is_doubted_in_each(names, kinds):
     case = draw_case(320_000, names=names)
     dive = dive_of(case)

@@ -60,9 +60,11 @@ def made(dives, judged=None):
     return validation_report(Validation(FILE, tuple(runs), AT_ORIGIN))
 
 
+WHOLE = tracking_errors(moving("x", 1.0)).axes[0]
+
+
 def errs(overall, axis="surge"):
-    whole = tracking_errors(moving("x", 1.0)).axes[0]
-    return TrackingErrors("x", (replace(whole, axis=axis, overall=overall),))
+    return TrackingErrors("x", (replace(WHOLE, axis=axis, overall=overall),))
 
 
 def labels(figure):

@@ -1,5 +1,6 @@
 """What every test of the app begins with."""
 
+import asyncio
 import functools
 
 import pytest
@@ -45,4 +46,25 @@ def _screens_are_drawn_when_they_are_read():
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Compositor, "render_update", drawn)
+        yield
+
+
+GLANCE_S = 0.002
+
+
+async def _nothing_is_left_to_do(*_):
+    """Until the loop has nothing ready, nor what a thread or a file may have made so meanwhile."""
+    loop = asyncio.get_running_loop()
+    for glance_s in (0.0, GLANCE_S):
+        await asyncio.sleep(glance_s)
+        while loop._ready:
+            await asyncio.sleep(0.0)
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _keys_wait_for_the_loop_and_not_for_the_clock():
+    """Textual takes an app for idle once its process hardly worked for 20 ms, several times for each key."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("textual.app.wait_for_idle", _nothing_is_left_to_do)
+        patch.setattr("textual.pilot.wait_for_idle", _nothing_is_left_to_do)
         yield

@@ -10,6 +10,7 @@ import pytest
 from fake_verbs import FakeVerbs, desk
 from made_view import FixedViews, StillReplay, view
 from screen_text import NARROW, WIDE, Lacks, Sees, made, play, played, pressed, run, said, shows, text
+from textual._wait import wait_for_idle
 from textual.app import App
 from textual.containers import VerticalScroll
 from textual.widget import Widget
@@ -208,7 +209,11 @@ async def forgotten(pilot, opened):
         await pilot.pause()
 
 
-def test_screens_that_come_and_go_leave_nothing_in_memory():
+def test_screens_that_come_and_go_leave_nothing_in_memory(monkeypatch):
+    # What is closed is let go by timers.
+    monkeypatch.setattr("textual.app.wait_for_idle", wait_for_idle)
+    monkeypatch.setattr("textual.pilot.wait_for_idle", wait_for_idle)
+
     async def come_and_go(app, pilot):
         await pressed(pilot, "question_mark")
         assert isinstance(app.screen, HelpScreen)
