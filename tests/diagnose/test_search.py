@@ -165,9 +165,15 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
     assert asked == looks
 
 
-def test_a_cause_that_lowers_the_likelihood_of_the_filters_is_not_taken(nominal, monkeypatch):
+@pytest.mark.parametrize(("fallen", "taken"), [(0.0, False), (20.0, True)])
+def test_a_cause_that_lowers_the_likelihood_is_taken_only_where_the_filters_without_it_fall_as_low_by_themselves(
+    nominal, monkeypatch, fallen, taken
+):
     spoilt, drag = with_drag(nominal)
     settled, asked = search._settled, []
+
+    def fitted_once_more(*given):
+        return replace(refitted(*given), log_posterior=spoilt.log_posterior - fallen)
 
     def less_likely(nominal, weighing, fit, at):
         weighing, fit = settled(nominal, weighing, fit, at)
@@ -179,9 +185,11 @@ def test_a_cause_that_lowers_the_likelihood_of_the_filters_is_not_taken(nominal,
         return fit if drag.effect.label in refused else weighing.fitted([drag])
 
     monkeypatch.setattr(search, "_settled", less_likely)
+    monkeypatch.setattr(search, "refitted", fitted_once_more)
     monkeypatch.setattr(search, "improved", eager)
-    assert explained(spoilt, *LIBRARY).causes == ()
-    assert asked == [set(), {drag.effect.label}]
+    causes = explained(spoilt, *LIBRARY).causes
+    assert [cause.effect for cause in causes] == [drag.effect] * taken
+    assert asked == [set(), set() if taken else {drag.effect.label}]
 
 
 def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihood(nominal, monkeypatch):

@@ -78,7 +78,8 @@ def explain(
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
         settled, settled_fit = _settled(nominal, weighing, better, at)
         new = {*_labels(better)} - {*_labels(fit)}
-        if settled.now.log_posterior < weighing.now.log_posterior - _nats_uncertain(better, fit):
+        least = settled.now.log_posterior + _nats_uncertain(better, fit)
+        if least < weighing.now.log_posterior and least < _lasting(nominal, weighing, fit):
             # The nats saved at fixed noise levels are lost when the filters are fitted with the causes.
             if new:
                 refused |= new
@@ -126,6 +127,16 @@ def _likelier_with_one_more(
     rise = settled.now.log_posterior - weighing.now.log_posterior
     least = FAR_LIKELIER * required_gain(FormRemainder(weighing, fit), cause)
     return (settled, settled_fit) if rise > least and len(settled_fit.causes) == count else None
+
+
+def _lasting(nominal: Nominal, weighing: Weighing, fit: Fitted) -> float:
+    """Log posterior of the filters fitted once more with the causes they have.
+
+    Right after a change of causes they still have drag and Coriolis forces at the speeds of the fit before, and may be
+    likelier by that than they stay.
+    """
+    acts = [cause.act(weighing.now.course) for cause in fit.causes]
+    return refitted(nominal, acts, weighing.now).log_posterior
 
 
 def _nats_uncertain(better: Fitted, fit: Fitted) -> float:
