@@ -172,8 +172,8 @@ def test_a_cause_that_lowers_the_likelihood_is_taken_only_where_the_filters_with
     spoilt, drag = with_drag(nominal)
     settled, asked = search._settled, []
 
-    def fitted_once_more(*given):
-        return replace(refitted(*given), log_posterior=spoilt.log_posterior - fallen)
+    def lasting(_, weighing, fit):
+        return weighing.now.log_posterior - (0.0 if fit.causes else fallen)
 
     def less_likely(nominal, weighing, fit, at):
         weighing, fit = settled(nominal, weighing, fit, at)
@@ -185,7 +185,7 @@ def test_a_cause_that_lowers_the_likelihood_is_taken_only_where_the_filters_with
         return fit if drag.effect.label in refused else weighing.fitted([drag])
 
     monkeypatch.setattr(search, "_settled", less_likely)
-    monkeypatch.setattr(search, "refitted", fitted_once_more)
+    monkeypatch.setattr(search, "_lasting", lasting)
     monkeypatch.setattr(search, "improved", eager)
     causes = explained(spoilt, *LIBRARY).causes
     assert [cause.effect for cause in causes] == [drag.effect] * taken
@@ -274,6 +274,7 @@ def test_a_further_cause_that_saves_too_little_is_taken_where_the_filters_are_fa
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(8.0, errors, PUSH)])
     settled = SimpleNamespace(now=SimpleNamespace(log_posterior=rise))
     monkeypatch.setattr(search, "_settled", lambda *given: (settled, given[2]))
+    monkeypatch.setattr(search, "_lasting", lambda _, weighing, __: weighing.now.log_posterior)
     weighing = replace_now(saving(8.0), log_posterior=0.0)
     fit = search._likelier_with_one_more(None, weighing, fitted([first], 50.0), (), None)
     assert (fit is not None) == taken
@@ -411,3 +412,13 @@ def test_a_search_begins_with_a_thrust_that_is_more_than_twenty_milliseconds_lat
     library = (DEAD_ZONE, COMMAND_DELAY, *thruster_lag(0.1))
     causes = list(search._late_thrust(SimpleNamespace(late_thrust_s=late_thrust_s), library))
     assert [(cause.effect.timing, pytest.approx(cause.values[0])) for cause in causes] == begun
+
+
+def test_filters_that_are_fitted_once_more_start_where_they_stand_with_the_causes_they_have(nominal):
+    spoilt, drag = with_drag(nominal)
+    weighing = weighing_of(replace(spoilt, log_posterior=1e9), LIBRARY)
+    fit = weighing.fitted([drag])
+    lasts = search._lasting(spoilt, weighing, fit)
+    again = refitted(spoilt, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
+    assert lasts == again.log_posterior
+    assert lasts > spoilt.log_posterior

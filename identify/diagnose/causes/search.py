@@ -78,8 +78,10 @@ def explain(
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
         settled, settled_fit = _settled(nominal, weighing, better, at)
         new = {*_labels(better)} - {*_labels(fit)}
-        least = settled.now.log_posterior + _nats_uncertain(better, fit)
-        if least < weighing.now.log_posterior and least < _lasting(nominal, weighing, fit):
+        uncertain = _nats_uncertain(better, fit)
+        if settled.now.log_posterior + uncertain < weighing.now.log_posterior and _lasting(
+            nominal, settled, settled_fit
+        ) + uncertain < _lasting(nominal, weighing, fit):
             # The nats saved at fixed noise levels are lost when the filters are fitted with the causes.
             if new:
                 refused |= new
@@ -124,7 +126,7 @@ def _likelier_with_one_more(
     if len(trial.causes) < count or not may_be_cause(trial.causes[-1], weighing):
         return None
     settled, settled_fit = _settled(nominal, weighing, trial, at)
-    rise = settled.now.log_posterior - weighing.now.log_posterior
+    rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
     least = FAR_LIKELIER * required_gain(FormRemainder(weighing, fit), cause)
     return (settled, settled_fit) if rise > least and len(settled_fit.causes) == count else None
 
