@@ -405,12 +405,22 @@ def test_a_dead_zone_that_ends_at_once_is_found_at_its_width(nominal, width_n):
 
 
 @pytest.mark.parametrize(
-    ("late_thrust_s", "begun"),
-    [((0.06, 0.0), [("delay", 0.06)]), ((0.06, 0.05), [("lag", 0.15)]), ((0.02, 0.0), []), ((0.0, 0.01), [])],
+    ("late_thrust_s", "stamped_s", "begun"),
+    [
+        ((0.06, 0.0), 0.001, [("delay", 0.06)]),
+        ((0.06, 0.05), 0.001, [("lag", 0.15)]),
+        ((0.02, 0.0), 0.001, []),
+        ((0.0, 0.01), 0.001, []),
+        ((0.06, 0.0), 0.03, [("delay", 0.06)]),
+        ((0.05, 0.0), 0.03, []),
+    ],
 )
-def test_a_search_begins_with_a_thrust_that_is_more_than_twenty_milliseconds_late(late_thrust_s, begun):
+def test_a_search_begins_with_a_thrust_that_is_later_than_twenty_milliseconds_and_than_its_stamps_may_err(
+    late_thrust_s, stamped_s, begun
+):
     library = (DEAD_ZONE, COMMAND_DELAY, *thruster_lag(0.1))
-    causes = list(search._late_thrust(SimpleNamespace(late_thrust_s=late_thrust_s), library))
+    nominal = SimpleNamespace(late_thrust_s=late_thrust_s, stamped_s=stamped_s)
+    causes = list(search._late_thrust(nominal, library))
     assert [(cause.effect.timing, pytest.approx(cause.values[0])) for cause in causes] == begun
 
 

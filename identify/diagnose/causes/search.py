@@ -218,8 +218,11 @@ def _late_thrust(nominal: Nominal, effects: Sequence[Effect]) -> Iterator[Cause]
     delay_s, lag_s = nominal.late_thrust_s
     timing, later_s = ("lag", lag_s) if lag_s > 0 else ("delay", delay_s)
     effect = next((candidate for candidate in effects if candidate.timing == timing), None)
-    if effect is not None and later_s > LATE_S:
-        yield Cause(effect, effect.none() + later_s)
+    if effect is None or later_s <= LATE_S:
+        return
+    cause = Cause(effect, effect.none() + later_s)
+    if not cause.within_stamps(nominal.stamped_s):
+        yield cause
 
 
 def _drift(course: Course, effects: Sequence[Effect]) -> Iterator[Cause]:
