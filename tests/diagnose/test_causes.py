@@ -289,15 +289,24 @@ def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accep
 
 
 @pytest.mark.parametrize(
-    ("causes", "filtered", "nats"),
-    [(("another",), (), 20.0), ((), (), 0.0), (("another",), (0, 1, 2), 140.0)],
+    ("causes", "filtered", "shared", "nats"),
+    [
+        (("another",), (), 0.0, 20.0),
+        ((), (), 0.0, 0.0),
+        (("another",), (0, 1, 2), 0.0, 20.0),
+        (("another",), (0, 1, 2), 90.0, 90.0),
+        (("another",), (0, 1, 2), 400.0, 142.8),
+    ],
 )
-def test_a_further_cause_has_to_save_more_than_a_shadow_and_more_behind_a_filter(causes, filtered, nats):
-    """A thousandth of what far better told ones save, and an autopilot's filter makes seven of it."""
+def test_a_further_cause_has_to_save_more_than_a_shadow_and_more_behind_a_filter_where_others_act(
+    causes, filtered, shared, nats
+):
+    """A thousandth of what far better told ones save; an autopilot's filter makes up to seven of it, but no more than
+    they save where the further one acts."""
     apart = SimpleNamespace(
         fit=SimpleNamespace(unsteady_nats=20_000.0, motion_nats=50_000.0, causes=causes),
         weighing=SimpleNamespace(now=SimpleNamespace(filtered=filtered)),
-        overlap=lambda _: 0.0,
+        overlap=lambda _: shared,
         saved_overlap=lambda _: 0.0,
     )
     assert remainder_nats(apart, Cause(CG_OFFSET, CG_OFFSET.start())) == pytest.approx(nats)

@@ -10,6 +10,7 @@ from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.evidence import (
     Block,
     Blocks,
+    Candidates,
     equations_of,
     inverse,
     pieces_of,
@@ -124,12 +125,9 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
     column = loose.columns([Act(wrench=wrench)], course)
     only = loose.nuisance.dense()[:, -1:]
     np.testing.assert_allclose(only, column, atol=1e-9)
-    alone = equations_of(
-        size * column[:, 0], 0.0 * only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
-    )
-    both = equations_of(
-        size * column[:, 0], only, loose.nominal_precision[-1:], column, np.zeros(len(column), np.intp)
-    )
+    candidates = Candidates(column, np.zeros(len(column), np.intp))
+    alone = equations_of(size * column[:, 0], 0.0 * only, loose.nominal_precision[-1:], candidates)
+    both = equations_of(size * column[:, 0], only, loose.nominal_precision[-1:], candidates)
     information = float(column[:, 0] @ column[:, 0])
     assert alone.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
     # Evidence of a size beside one that is known to MASS_OFF.
@@ -221,7 +219,7 @@ class TestEvidence:
         nominal, cause, idle = rng.normal(size=(3, 4000))
         value = 0.5 * nominal + size * cause + rng.normal(size=4000)
         columns = np.column_stack([cause, idle])
-        return equations_of(value, nominal[:, None], np.zeros(1), columns, piece)
+        return equations_of(value, nominal[:, None], np.zeros(1), Candidates(columns, piece))
 
     def test_a_cause_is_found_with_its_size_and_standard_error(self):
         evidence = self.made(0.3, np.random.default_rng(0)).evidence([0])
@@ -241,7 +239,9 @@ class TestEvidence:
         rng = np.random.default_rng(2)
         nominal = rng.normal(size=(1000, 1))
         value = 2.0 * nominal[:, 0] + rng.normal(size=1000)
-        sums = equations_of(value, nominal, np.zeros(1), 3.0 * nominal, np.repeat(np.arange(20), 50))
+        sums = equations_of(
+            value, nominal, np.zeros(1), Candidates(3.0 * nominal, np.repeat(np.arange(20), 50))
+        )
         assert sums.evidence([0]).gain == pytest.approx(0.0, abs=1e-6)
 
 
@@ -399,7 +399,7 @@ def test_candidates_shed_what_they_lean_on_the_nominal_columns_by():
     nominal, others = rng.normal(size=(300, 3)), rng.normal(size=(300, 2))
     others += nominal[:, :2]
     value, piece = rng.normal(size=300), np.repeat(np.arange(6), 50)
-    equations = equations_of(value, nominal, np.zeros(3), others, piece)
+    equations = equations_of(value, nominal, np.zeros(3), Candidates(others, piece))
     left = np.linalg.lstsq(nominal, np.column_stack([others, value]), rcond=None)[0]
     free = np.column_stack([others, value]) - nominal @ left
     for k in range(6):

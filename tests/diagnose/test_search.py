@@ -166,9 +166,15 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
     assert asked == looks
 
 
-def test_a_cause_that_lowers_the_likelihood_of_the_filters_is_not_taken(nominal, monkeypatch):
+@pytest.mark.parametrize(("fallen", "taken"), [(0.0, False), (20.0, True)])
+def test_a_cause_that_lowers_the_likelihood_is_taken_only_where_the_filters_without_it_fall_as_low_by_themselves(
+    nominal, monkeypatch, fallen, taken
+):
     spoilt, drag = with_drag(nominal)
     settled, asked = search._settled, []
+
+    def lasting(_, weighing, fit):
+        return weighing.now.log_posterior - (0.0 if fit.causes else fallen)
 
     def less_likely(nominal, weighing, fit, at):
         weighing, fit = settled(nominal, weighing, fit, at)
@@ -180,9 +186,11 @@ def test_a_cause_that_lowers_the_likelihood_of_the_filters_is_not_taken(nominal,
         return fit if drag.effect.label in refused else weighing.fitted([drag])
 
     monkeypatch.setattr(search, "_settled", less_likely)
+    monkeypatch.setattr(search, "_lasting", lasting)
     monkeypatch.setattr(search, "improved", eager)
-    assert explained(spoilt, *LIBRARY).causes == ()
-    assert asked == [set(), {drag.effect.label}]
+    causes = explained(spoilt, *LIBRARY).causes
+    assert [cause.effect for cause in causes] == [drag.effect] * taken
+    assert asked == [set(), set() if taken else {drag.effect.label}]
 
 
 def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihood(nominal, monkeypatch):
@@ -267,6 +275,7 @@ def test_a_further_cause_that_saves_too_little_is_taken_where_the_filters_are_fa
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(8.0, errors, PUSH)])
     settled = SimpleNamespace(now=SimpleNamespace(log_posterior=rise))
     monkeypatch.setattr(search, "_settled", lambda *given: (settled, given[2]))
+    monkeypatch.setattr(search, "_lasting", lambda _, weighing, __: weighing.now.log_posterior)
     weighing = replace_now(saving(8.0), log_posterior=0.0)
     fit = search._likelier_with_one_more(None, weighing, fitted([first], 50.0), (), None)
     assert (fit is not None) == taken
@@ -397,10 +406,30 @@ def test_a_dead_zone_that_ends_at_once_is_found_at_its_width(nominal, width_n):
 
 
 @pytest.mark.parametrize(
-    ("late_thrust_s", "begun"),
-    [((0.06, 0.0), [("delay", 0.06)]), ((0.06, 0.05), [("lag", 0.15)]), ((0.02, 0.0), []), ((0.0, 0.01), [])],
+    ("late_thrust_s", "stamped_s", "begun"),
+    [
+        ((0.06, 0.0), 0.001, [("delay", 0.06)]),
+        ((0.06, 0.05), 0.001, [("lag", 0.15)]),
+        ((0.02, 0.0), 0.001, []),
+        ((0.0, 0.01), 0.001, []),
+        ((0.06, 0.0), 0.03, [("delay", 0.06)]),
+        ((0.05, 0.0), 0.03, []),
+    ],
 )
-def test_a_search_begins_with_a_thrust_that_is_more_than_twenty_milliseconds_late(late_thrust_s, begun):
+def test_a_search_begins_with_a_thrust_that_is_later_than_twenty_milliseconds_and_than_its_stamps_may_err(
+    late_thrust_s, stamped_s, begun
+):
     library = (DEAD_ZONE, COMMAND_DELAY, *thruster_lag(0.1))
-    causes = list(search._late_thrust(SimpleNamespace(late_thrust_s=late_thrust_s), library))
+    nominal = SimpleNamespace(late_thrust_s=late_thrust_s, stamped_s=stamped_s)
+    causes = list(search._late_thrust(nominal, library))
     assert [(cause.effect.timing, pytest.approx(cause.values[0])) for cause in causes] == begun
+
+
+def test_filters_that_are_fitted_once_more_start_where_they_stand_with_the_causes_they_have(nominal):
+    spoilt, drag = with_drag(nominal)
+    weighing = weighing_of(replace(spoilt, log_posterior=1e9), LIBRARY)
+    fit = weighing.fitted([drag])
+    lasts = search._lasting(spoilt, weighing, fit)
+    again = refitted(spoilt, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
+    assert lasts == again.log_posterior
+    assert lasts > spoilt.log_posterior

@@ -92,12 +92,12 @@ class _Related:
     among: Array
     std: float
 
-    def correlation(self, effect: Array, order: Order) -> float:
-        """With the thrusts' effect (k,), output `order` (k,) driving each."""
-        variance = float(effect @ self.among[np.ix_(order, order)] @ effect)
-        if variance <= 0:
-            return 0.0
-        return float(effect @ self.with_thrust[order] / (self.std * np.sqrt(variance)))
+    def correlations(self, effects: Array) -> Array:
+        """With the thrusts' effects by each of w wirings (w, k); 0 for a wiring by which they have none."""
+        variance = np.einsum("wi,ij,wj->w", effects, self.among, effects)
+        some = variance > 0
+        std = self.std * np.sqrt(np.where(some, variance, 1.0))
+        return np.asarray(np.where(some, effects @ self.with_thrust / std, 0.0))
 
 
 @dataclass(frozen=True)
@@ -109,20 +109,21 @@ class _Driven:
     speed: tuple[_Related, ...]
     change: tuple[_Related, ...]
 
-    def follows(self, effect: Array, order: Order) -> float:
-        """Correlation of the speed with the thrusts' effect (k,), output `order` (k,) driving each, at the best lag; 0
+    def follows(self, effects: Array) -> Array:
+        """Correlation (w,) of the speed with the thrusts' effects by each of w wirings (w, k), at the best lag; 0
         where it does not follow, or its changes go against it."""
-        size = max(abs(related.correlation(effect, order)) for related in self.speed)
-        sign = max((related.correlation(effect, order) for related in self.change), key=abs)
-        return size if size > FOLLOWS and sign > HAS_SIGN else 0.0
+        size = np.max([np.abs(related.correlations(effects)) for related in self.speed], axis=0)
+        signed = np.array([related.correlations(effects) for related in self.change])
+        sign = np.take_along_axis(signed, np.abs(signed).argmax(axis=0)[None], axis=0)[0]
+        return np.asarray(np.where((size > FOLLOWS) & (sign > HAS_SIGN), size, 0.0))
 
 
 def following(dive: Dive, file: VehicleFile, configuration_name: str) -> float:
     """Mean correlation of the motion with the thrust of the vehicle file's wiring, over the degrees of freedom that
     follow it; 0 for none."""
     matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
-    order = np.arange(matrix.shape[1], dtype=np.int64)
-    follows = [each.follows(matrix[each.dof], order) for each in _driven_by(dive, file, configuration_name)]
+    driven = _driven_by(dive, file, configuration_name)
+    follows = [float(each.follows(matrix[[each.dof]])[0]) for each in driven]
     return float(np.mean([value for value in follows if value > 0])) if any(follows) else 0.0
 
 
@@ -136,31 +137,23 @@ def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired
         return None
     matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
     count = matrix.shape[1]
-    in_order = np.arange(count, dtype=np.int64)
-
-    def follows(signs: Array, order: Order) -> Array:
-        return np.array([each.follows(matrix[each.dof] * signs, order) for each in driven])
-
     wirings = [
-        *((motors, (), _signs(motors, count), in_order) for motors in _reversals(count)),
-        *(
-            ((), pair, np.ones(count), _exchanged(pair, in_order))
-            for pair in combinations(range(1, count + 1), 2)
-        ),
+        *((motors, (), matrix * _signs(motors, count)) for motors in _reversals(count)),
+        *(((), pair, matrix[:, _exchanged(pair, count)]) for pair in combinations(range(1, count + 1), 2)),
     ]
-    as_given = follows(np.ones(count), in_order)
-    each_follows = [follows(signs, order) for *_, signs, order in wirings]
+    effects = np.array([matrix, *(wired for *_, wired in wirings)])
+    followed, *each_follows = np.column_stack([each.follows(effects[:, each.dof]) for each in driven])
     judged = max(each_follows, key=lambda values: float(values.sum())) > 0
     if not judged.any():
         return None
-    rows = matrix[[each.dof for each in driven]]
+    dofs = [each.dof for each in driven]
     tried: list[Miswired] = []
     means = [float(values[judged].mean()) for values in each_follows]
-    for (motors, pair, signs, order), values in zip(wirings, each_follows, strict=True):
+    for (motors, pair, wired), values in zip(wirings, each_follows, strict=True):
         # Where the wiring changes nothing, the motion follows both alike, however wrong the given one is.
-        changed = judged & (np.abs(rows * signs - rows[:, order]).max(axis=1) > LEAST_CHANGE)
+        changed = judged & (np.abs(wired - matrix)[dofs].max(axis=1) > LEAST_CHANGE)
         of = changed if changed.any() else judged
-        tried.append(Miswired(motors, pair, float(values[of].mean()), float(as_given[of].mean())))
+        tried.append(Miswired(motors, pair, float(values[of].mean()), float(followed[of].mean())))
     top = max(means)
     best = tried[means.index(top)]
     if best.follows <= best.followed + CLEARLY:
@@ -191,11 +184,11 @@ def _signs(motors: Sequence[int], count: int) -> Array:
     return np.where(np.isin(np.arange(1, count + 1), motors), -1.0, 1.0)
 
 
-def _exchanged(pair: tuple[int, ...], order: Order) -> Order:
+def _exchanged(pair: tuple[int, ...], count: int) -> Order:
     first, second = pair[0] - 1, pair[1] - 1
-    exchanged = order.copy()
-    exchanged[[first, second]] = order[[second, first]]
-    return exchanged
+    order = np.arange(count, dtype=np.int64)
+    order[[first, second]] = second, first
+    return order
 
 
 def _driven_by(dive: Dive, file: VehicleFile, configuration_name: str) -> list[_Driven]:

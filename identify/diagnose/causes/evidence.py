@@ -5,6 +5,7 @@ Most columns are zero on most rows, because a force on one axis shows in that ax
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import accumulate, pairwise
 
 import numpy as np
@@ -115,21 +116,38 @@ def _solved(square: Array, right: Array) -> Array:
     return np.asarray((inverse(square) @ right[..., None])[..., 0])
 
 
-def equations_of(
-    value: Array, nominal: Array, precision: Array, candidates: Array, piece: NDArray[np.intp]
-) -> NormalEquations:
-    """Normal equations of rows `value` (n,), with nominal (n, m) and candidate (n, c) columns, in pieces (n,).
+@dataclass(frozen=True)
+class Candidates:
+    """Columns (n, c) of candidates in pieces (n,), with their products, which hold for any nominal columns and rows."""
+
+    columns: Array
+    piece: NDArray[np.intp]
+
+    @cached_property
+    def pieces(self) -> "Pieces":
+        return pieces_of(self.piece)
+
+    @cached_property
+    def square(self) -> Array:
+        """Products (P, c, c) of the columns within each piece."""
+        return products_of(self.columns, self.pieces)
+
+
+def equations_of(value: Array, nominal: Array, precision: Array, candidates: Candidates) -> NormalEquations:
+    """Normal equations of rows `value` (n,), with nominal columns (n, m) and candidates.
 
     precision (m,): prior precision of the nominal sizes.
     """
-    pieces = pieces_of(piece)
+    pieces = candidates.pieces
     # The prior acts like a reading of each nominal size, spread evenly over the pieces, so that a candidate's savings
     # of prior cost count for the candidate.
     known = products_of(nominal, pieces) + np.diag(precision) / pieces.count
-    cross, of_value = (products_of(nominal, pieces, others) for others in (candidates, value[:, None]))
+    cross, of_value = (
+        products_of(nominal, pieces, others) for others in (candidates.columns, value[:, None])
+    )
     free = inverse(known.sum(axis=0))
     by_candidates, by_value = (cross, free @ cross.sum(axis=0)), (of_value, free @ of_value.sum(axis=0))
-    square, right = (products_of(candidates, pieces, others) for others in (candidates, value[:, None]))
+    square, right = candidates.square, products_of(candidates.columns, pieces, value[:, None])
     return equations_beyond(
         np.einsum("pii->i", square),
         projected_out(square, known, by_candidates, by_candidates),

@@ -21,7 +21,7 @@ SHADOW, SHADOW_BEHIND_FILTER = 1e-3, 7e-3
 """Share of the nats saved by earlier causes that a further cause must exceed wherever it acts.
 
 Forms right to a thirtieth of their force leave that much, and their other forms do not absorb it. Behind an
-autopilot's filter, whose lateness and smoothing are fitted, they are right to a twelfth.
+autopilot's filter, whose lateness and smoothing are fitted, they are right to a twelfth, and leave more where they act.
 """
 
 NEXT_TO_NONE = 0.5
@@ -58,9 +58,10 @@ def shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
     fit = remainder.fit
     if cause.effect.witnessed or not fit.causes:
         return 0.0
-    left = SHADOW_BEHIND_FILTER if remainder.weighing.now.filtered else SHADOW
-    steady = fit.motion_nats - fit.unsteady_nats
-    return left * max(fit.unsteady_nats + min(steady, remainder.overlap(cause)), 0.0)
+    steady, overlap = fit.motion_nats - fit.unsteady_nats, remainder.overlap(cause)
+    saved = max(fit.unsteady_nats + min(steady, overlap), 0.0)
+    behind_filter = min(SHADOW_BEHIND_FILTER * saved, overlap) if remainder.weighing.now.filtered else 0.0
+    return max(SHADOW * saved, behind_filter)
 
 
 def least_gain(cause: Cause) -> float:

@@ -78,7 +78,10 @@ def explain(
         progress((turn + 1.0) / (MOST_TURNS + 1), f"fitting {', '.join(_labels(better)) or 'none of them'}")
         settled, settled_fit = _settled(nominal, weighing, better, at)
         new = {*_labels(better)} - {*_labels(fit)}
-        if settled.now.log_posterior < weighing.now.log_posterior - _nats_uncertain(better, fit):
+        uncertain = _nats_uncertain(better, fit)
+        if settled.now.log_posterior + uncertain < weighing.now.log_posterior and _lasting(
+            nominal, settled, settled_fit
+        ) + uncertain < _lasting(nominal, weighing, fit):
             # The nats saved at fixed noise levels are lost when the filters are fitted with the causes.
             if new:
                 refused |= new
@@ -123,9 +126,19 @@ def _likelier_with_one_more(
     if len(trial.causes) < count or not may_be_cause(trial.causes[-1], weighing):
         return None
     settled, settled_fit = _settled(nominal, weighing, trial, at)
-    rise = settled.now.log_posterior - weighing.now.log_posterior
+    rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
     least = FAR_LIKELIER * required_gain(FormRemainder(weighing, fit), cause)
     return (settled, settled_fit) if rise > least and len(settled_fit.causes) == count else None
+
+
+def _lasting(nominal: Nominal, weighing: Weighing, fit: Fitted) -> float:
+    """Log posterior of the filters fitted once more with the causes they have.
+
+    Right after a change of causes they still have drag and Coriolis forces at the speeds of the fit before, and may be
+    likelier by that than they stay.
+    """
+    acts = [cause.act(weighing.now.course) for cause in fit.causes]
+    return refitted(nominal, acts, weighing.now).log_posterior
 
 
 def _nats_uncertain(better: Fitted, fit: Fitted) -> float:
@@ -205,8 +218,11 @@ def _late_thrust(nominal: Nominal, effects: Sequence[Effect]) -> Iterator[Cause]
     delay_s, lag_s = nominal.late_thrust_s
     timing, later_s = ("lag", lag_s) if lag_s > 0 else ("delay", delay_s)
     effect = next((candidate for candidate in effects if candidate.timing == timing), None)
-    if effect is not None and later_s > LATE_S:
-        yield Cause(effect, effect.none() + later_s)
+    if effect is None or later_s <= LATE_S:
+        return
+    cause = Cause(effect, effect.none() + later_s)
+    if not cause.within_stamps(nominal.stamped_s):
+        yield cause
 
 
 def _drift(course: Course, effects: Sequence[Effect]) -> Iterator[Cause]:

@@ -72,17 +72,24 @@ class _Stretches:
             first += count
         return out, within
 
-    def sums(self, at_s: Array, score: Array, rate: float) -> "_StretchScores":
-        """The score (n,) at times (n,) by stretch, turned at a rate in rad/s; at 0 as it is."""
+    def sums(self, at_s: Array, score: Array, rates: Sequence[float]) -> list["_StretchScores"]:
+        """The score (n,) at times (n,) by stretch, turned at each of some rates in rad/s; at 0 as it is."""
         count = self.count
         index, within = self.at(at_s)
         index = np.where((index < 0) | (index > count), count, index)
         score = score * _weight(within)
-        waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
-        total = np.column_stack([np.bincount(index, wave, minlength=count + 1)[:count] for wave in waves])
-        spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
-        # The variance of a push's score is the precision of that push.
-        return _StretchScores(total / spread, 1.0 / spread)
+
+        def sum_(wave: Array) -> Array:
+            return np.asarray(np.bincount(index, wave, minlength=count + 1)[:count])
+
+        out = []
+        for rate in rates:
+            waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
+            total = np.column_stack([*map(sum_, waves)])
+            spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
+            # The variance of a push's score is the precision of that push.
+            out.append(_StretchScores(total / spread, 1.0 / spread))
+        return out
 
     def burst(self, dof: int, scores: "_StretchScores", square: Array, dims: int) -> Iterator["Burst"]:
         """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise."""
@@ -160,7 +167,7 @@ def bursts(
 
 
 def _blows(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
-    by_dof = {dof: stretches.sums(*axis, 0.0) for dof, axis in clipped.items()}
+    by_dof = {dof: stretches.sums(*axis, (0.0,))[0] for dof, axis in clipped.items()}
     for dof, each in by_dof.items():
         yield from stretches.burst(dof, each, each.square, each.total.shape[1])
     if len(by_dof) > 1:
@@ -172,7 +179,7 @@ def _blows(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) ->
 
 def _beats(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
     for dof, axis in clipped.items():
-        tried = [stretches.sums(*axis, 2 * np.pi / period_s) for period_s in _periods_s(stretches.long_s)]
+        tried = stretches.sums(*axis, [2 * np.pi / period_s for period_s in _periods_s(stretches.long_s)])
         tried.sort(key=lambda each: -each.uneven)
         for each in tried[:WEIGHED]:
             yield from stretches.burst(dof, each, each.square, each.total.shape[1])

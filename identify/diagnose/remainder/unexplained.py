@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from identify.diagnose.causes.candidates import companions, possible_forms
-from identify.diagnose.causes.evidence import Blocks, NormalEquations, equations_of, inverse
+from identify.diagnose.causes.evidence import Blocks, Candidates, NormalEquations, equations_of, inverse
 from identify.diagnose.causes.weighing import Fitted, Weighing, weighing_of
 from identify.diagnose.filters.innovations import AxisInnovations
 from identify.diagnose.filters.nominal import Nominal, refitted
@@ -107,25 +107,26 @@ def unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
     the sea, and every function of thrust predicts something. Degrees of freedom in which an unrecorded reading looks
     like an unknown force are left out, too.
     """
-    left = _unexplained_of(weighing, fit)
+    selectable = _Selectable(weighing)
+    left = _unexplained_of(weighing, fit, selectable)
     if _at_sea(fit) and any(map(beyond_chance, left.shapes, left.gains)):
         freed = _without_remainder(weighing, fit)
-        left = _unexplained_of(freed, freed.fitted(fit.causes))
-    return replace(left, instead=_nats_instead(weighing)) if fit.causes else left
+        left = _unexplained_of(freed, freed.fitted(fit.causes), _Selectable(freed))
+    return replace(left, instead=_nats_instead(weighing, selectable)) if fit.causes else left
 
 
-def _nats_instead(weighing: Weighing) -> float:
+def _nats_instead(weighing: Weighing, selectable: "_Selectable") -> float:
     """Nats that generic forces save in place of all causes, by the same filters and on the same held-out pieces.
 
     Only forces that are selected one after another count, and those of the witnesses: the nats of bursts, lines and
     slow forces are not what these add to the others. Behind an autopilot's filter none counts, for many forces take
     some of what its fitted lateness and smoothing leave.
     """
-    course, fit = _foreseen(weighing.now), weighing.fitted(())
+    fit = weighing.fitted(())
     known = _known(weighing, fit)
     axes = [axis for axis in _judged_axes(weighing, fit, known) if axis.dof not in weighing.now.filtered]
-    tests = [
-        *_of_axes(weighing, axes, course),
+    tests: list[_Test] = [
+        *(partial(_of_axis, axis, selectable) for axis in axes),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
     return sum(item.gain for item in _found(tests) if beyond_chance(item.shape, item.gain))
@@ -186,8 +187,8 @@ def _known(weighing: Weighing, fit: Fitted) -> Blocks:
     return rows.nuisance.with_columns(rows.nuisance.blocks_of(fit.slopes)).with_columns(forms)
 
 
-def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
-    course, known, at_sea = _foreseen(weighing.now), _known(weighing, fit), _at_sea(fit)
+def _unexplained_of(weighing: Weighing, fit: Fitted, selectable: "_Selectable") -> Unexplained:
+    course, known, at_sea = selectable.course, _known(weighing, fit), _at_sea(fit)
     axes = _judged_axes(weighing, fit, known)
     # An autopilot's filter corrects itself now and then, which looks like a burst.
     unfiltered = [axis for axis in axes if axis.dof not in weighing.now.filtered]
@@ -202,7 +203,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted) -> Unexplained:
 
     tests: list[_Test] = [
         slow,
-        *_of_axes(weighing, axes, course),
+        *(partial(_of_axis, axis, selectable) for axis in axes),
         lambda: _bursts(unfiltered, course),
         *(partial(_lines, axis, course, at_sea) for axis in axes),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
@@ -224,16 +225,6 @@ def _judged_axes(weighing: Weighing, fit: Fitted, known: Blocks) -> list["_Axis"
         for k, innovations in enumerate(weighing.rows.axes)
         if innovations.problem.axis.dof not in (*now.feedback_unrecorded, *now.force_undetermined)
     ]
-
-
-def _of_axes(weighing: Weighing, axes: Sequence["_Axis"], course: Course) -> Iterator["_Test"]:
-    """A test of each axis for the forces that are selected one after another."""
-    dofs = [innovations.problem.axis.dof for innovations in weighing.rows.axes]
-    shapes: list[_Unit] = [(*unit_force, None) for unit_force in unit_forces(course, dofs)]
-    shapes.append(("time", None, np.ones(len(course.nu)), "steady"))
-    thrust = course.wrench_of(course.thrust_n).std(axis=0)
-    for axis in axes:
-        yield partial(_of_axis, axis, course, shapes, dofs, thrust[axis.dof])
 
 
 def _found(tests: Sequence["_Test"]) -> list["_Weighed"]:
@@ -268,10 +259,9 @@ class _Axis:
     def dof(self) -> int:
         return self.innovations.problem.axis.dof
 
-    def sums(self, course: Course, forces: Sequence[Array]) -> NormalEquations:
-        """Normal equations of forces (n,) along a course."""
-        columns = self.innovations.by_course(course, forces)
-        return equations_of(self.value, self.nominal, self.precision, columns, self.piece)
+    def sums(self, candidates: Candidates) -> NormalEquations:
+        """Normal equations of candidates."""
+        return equations_of(self.value, self.nominal, self.precision, candidates)
 
     @cached_property
     def left(self) -> Array:
@@ -300,34 +290,56 @@ def _precision(rows: Regression, known: Blocks, k: int, columns: Array) -> Array
     return np.concatenate([rows.nominal_precision[nominal], np.zeros(columns.shape[1] - len(nominal))])
 
 
-def _large(weigheds: list[_Weighed], thrust: float) -> Iterator[_Weighed]:
+def _large(weigheds: list[_Weighed], least: float) -> Iterator[_Weighed]:
     """The forces before the first small force, as later forces may be its remainder; a force with a timing of its own
     may be small, because no thrust curve causes it."""
     for weighed in weigheds:
-        if weighed.size < LEAST_FORCE * thrust and weighed.shape.timing is None:
+        if weighed.size < least and weighed.shape.timing is None:
             return
         yield weighed
 
 
-def _of_axis(
-    axis: _Axis, course: Course, shapes: list[_Unit], fitted: list[int], thrust: float
-) -> list[_Weighed]:
-    """Forward selection of the forces that predict one axis, including its own past; thrust: its standard deviation
-    there."""
-    dofs = [k for k in fitted if k != axis.dof]
-    shapes = [
-        *shapes,
-        *((*unit, None) for unit in of_unit_spread(of_other_speeds(course, dofs))),
-        *((*unit, "transient") for unit in of_unit_spread(of_the_past(course, axis.dof))),
-    ]
-    sums = axis.sums(course, [force for _, _, force, _ in shapes])
+class _Selectable:
+    """The forces that are selected one after another in the axes of a weighing, and their responses there: the same
+    with any causes, and computed once for each axis."""
+
+    def __init__(self, weighing: Weighing) -> None:
+        self.course = _foreseen(weighing.now)
+        self._dofs = [innovations.problem.axis.dof for innovations in weighing.rows.axes]
+        self._thrust = self.course.wrench_of(self.course.thrust_n).std(axis=0)
+        self._units: list[_Unit] = [(*unit, None) for unit in unit_forces(self.course, self._dofs)]
+        self._units.append(("time", None, np.ones(len(self.course.nu)), "steady"))
+        self._of: dict[int, tuple[list[_Unit], Candidates]] = {}
+
+    def least_force(self, dof: int) -> float:
+        """Force that a thrust curve's error may make up, N or N m."""
+        return LEAST_FORCE * float(self._thrust[dof])
+
+    def of(self, axis: _Axis) -> tuple[list[_Unit], Candidates]:
+        """The forces of one axis, those of its own past included, and its responses to them."""
+        if axis.dof not in self._of:
+            others = [k for k in self._dofs if k != axis.dof]
+            units = [
+                *self._units,
+                *((*unit, None) for unit in of_unit_spread(of_other_speeds(self.course, others))),
+                *((*unit, "transient") for unit in of_unit_spread(of_the_past(self.course, axis.dof))),
+            ]
+            columns = axis.innovations.by_course(self.course, [force for _, _, force, _ in units])
+            self._of[axis.dof] = units, Candidates(columns, axis.piece)
+        return self._of[axis.dof]
+
+
+def _of_axis(axis: _Axis, selectable: _Selectable) -> list[_Weighed]:
+    """Forward selection of the forces that predict one axis."""
+    shapes, candidates = selectable.of(axis)
+    sums = axis.sums(candidates)
     kept, gains = _one_after_another(sums, len(shapes))
     sizes = np.abs(sums.evidence(kept).size) if kept else np.zeros(0)
     weigheds = [
         _Weighed(GenericForce(axis.dof, *shapes[k]), gain, float(size))
         for k, gain, size in zip(kept, gains, sizes, strict=True)
     ]
-    return [*_large(weigheds, thrust)]
+    return [*_large(weigheds, selectable.least_force(axis.dof))]
 
 
 def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:
@@ -363,7 +375,7 @@ def _of_witnesses(weighing: Weighing, value: Array, known: Blocks) -> Iterator[_
             continue
         columns = weighed.whitened(np.column_stack([weighed.witness.bins.along(unit) for unit, _ in units]))
         precision = _precision(rows, known, block, nominal)
-        sums = equations_of(value[mine], nominal, precision, columns, rows.piece[mine])
+        sums = equations_of(value[mine], nominal, precision, Candidates(columns, rows.piece[mine]))
         kept, gains = _one_after_another(sums, len(units))
         is_accelerometer = weighed.witness.kind == "specific_force"
         dof = weighed.witness.number if is_accelerometer else 5
@@ -386,7 +398,8 @@ def _lines(axis: _Axis, course: Course, at_sea: bool) -> list[_Weighed]:
     if not clusters_left:
         return []
     forces = [cluster_forces.forces() for cluster_forces in clusters_left]
-    sums = axis.sums(course, [*np.vstack(forces)])
+    columns = axis.innovations.by_course(course, [*np.vstack(forces)])
+    sums = axis.sums(Candidates(columns, axis.piece))
     ends = np.cumsum([len(cluster_forces) for cluster_forces in forces]).tolist()
     weighed = [
         sums.evidence(range(end - len(of_line), end)) for of_line, end in zip(forces, ends, strict=True)
