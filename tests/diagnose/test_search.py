@@ -433,3 +433,19 @@ def test_filters_that_are_fitted_once_more_start_where_they_stand_with_the_cause
     again = refitted(spoilt, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
     assert lasts == again.log_posterior
     assert lasts > spoilt.log_posterior
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "refused"),
+    [
+        ([QUADRATIC_DRAG], [DEAD_ZONE, STEADY_CURRENT], {DEAD_ZONE.label}),
+        ([QUADRATIC_DRAG], [QUADRATIC_DRAG, STEADY_CURRENT], {STEADY_CURRENT.label}),
+        ([QUADRATIC_DRAG], [DEAD_ZONE], {DEAD_ZONE.label}),
+    ],
+)
+def test_of_a_swap_and_a_further_cause_that_fail_together_the_swap_is_tried_no_more(before, after, refused):
+    fit, better = (
+        fitted([Cause(each, each.start()) for each in effects], 9.0) for effects in (before, after)
+    )
+    new = {each.label for each in after} - {each.label for each in before}
+    assert search._refused_first(new, better, fit) == refused

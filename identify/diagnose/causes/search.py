@@ -84,7 +84,7 @@ def explain(
         ) + uncertain < _lasting(nominal, weighing, fit):
             # The nats saved at fixed noise levels are lost when the filters are fitted with the causes.
             if new:
-                refused |= new
+                refused |= _refused_first(new, better, fit)
                 continue
             if len(better.causes) == len(fit.causes):
                 break
@@ -129,6 +129,13 @@ def _likelier_with_one_more(
     rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
     least = FAR_LIKELIER * required_gain(FormRemainder(weighing, fit), cause)
     return (settled, settled_fit) if rise > least and len(settled_fit.causes) == count else None
+
+
+def _refused_first(new: set[str], better: Fitted, fit: Fitted) -> set[str]:
+    """Of the new causes of better ones, by label, those to be tried no more: the further cause only if it is the only
+    new one, because beside it another may have taken the place of a true cause."""
+    further = {better.causes[-1].effect.label} if len(better.causes) > len(fit.causes) else set()
+    return new - further or new
 
 
 def _lasting(nominal: Nominal, weighing: Weighing, fit: Fitted) -> float:
