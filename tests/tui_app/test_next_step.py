@@ -70,7 +70,15 @@ MENDED = replace(
          "connect the vehicle; then: compare and upload what was identified"),
         (replace(IDENTIFIED, halfway=True), Task.UPLOAD, "the last upload was cut short"),
         (replace(SHADOW, halfway=True), Task.UPLOAD, "the last upload was cut short"),
-        (replace(IDENTIFIED, taken_back=True), Task.UPLOAD, "rolled back: dive anew and identify"),
+        (replace(IDENTIFIED, taken_back=True, disarmed=True), Task.UPLOAD, "rolled back: dive anew and identify"),
+        (replace(IDENTIFIED, taken_back=True, recording=False), Task.RECORD,
+         "begin a recording; then: rolled back: dive anew and identify"),
+        (replace(IDENTIFIED, taken_back=True, contested=True), Task.UPLOAD, "two vehicles share an address"),
+        (replace(IDENTIFIED, taken_back=True), Task.DIVE, "rolled back: once surge, sway and yaw are dived anew"),
+        (replace(IDENTIFIED, taken_back=True, after_roll_back=True, dive="anew"), Task.IDENTIFY, "identify anew"),
+        (replace(IDENTIFIED, taken_back=True, after_roll_back=True, mode="both"), Task.VALIDATE, "validate first"),
+        (replace(IDENTIFIED, taken_back=True, after_roll_back=True, flown="both", go=True), Task.DIAGNOSE,
+         "flown and compared"),
         (replace(SHADOW, taken_back=True), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
         (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read its last section, what to"),
@@ -521,6 +529,9 @@ def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_wha
     past = PastUpload(preimage, 2, Outcome.APPLIED, "2026-11-21T085000Z-before.param", {}, {}, None)
     monkeypatch.setattr(last_accepted, "kept_in", lambda _, system: [past] if system == 1 else [])
     assert (place.situation().taken_back, place.situation().halfway) == (True, False)
+    assert place.situation().after_roll_back is False
+    place.dive("2026-11-21T0930Z-anew", M_u=0.01)
+    assert (place.situation().taken_back, place.situation().after_roll_back) == (True, True)
     begun = replace(past, outcome=Outcome.BEGUN, written={"FF0_M_U": 1.0})
     monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [begun])
     assert (place.situation().taken_back, place.situation().halfway) == (False, True)
