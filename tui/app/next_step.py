@@ -204,7 +204,7 @@ DIAGNOSE = Next(
 )
 MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 MENDS_BOTH = replace(DIAGNOSE, words="{dive} was flown after a NO-GO: ask what causes it")
-NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown on: begin the next dive")
+FLY_ON = replace(FLY, words="once it has flown on: begin the next dive")
 SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
 LOOK_CLOSER = Next(
     Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read its last section, what to dive next"
@@ -364,7 +364,10 @@ def _after_upload(now: Situation) -> Next:
 def _diagnosed(now: Situation) -> Next:
     if not now.verdict:
         return MENDS if now.go is False else DIAGNOSE
-    return NOTHING_LEFT if now.verdict == "no_gap" else _read_closer(now)
+    if now.verdict != "no_gap":
+        return _read_closer(now)
+    step = _to_vehicle(now, FLY_ON)
+    return replace(step, words=f"nothing is left to explain; {step.words}")
 
 
 def _read_closer(now: Situation) -> Next:
