@@ -11,8 +11,9 @@ from fake_verbs import desk as made_desk
 from made_diagnosis import diagnosis
 from made_validation import raising, run
 from made_view import FixedViews, picture, view
-from screen_text import WIDE, Lacks, Sees, played
+from screen_text import WIDE, Lacks, Sees, played, said
 
+from bridge import exit_codes
 from bridge.plain import plain
 from bridge.reports import PAGE, Report
 from gcs_plugin.dives.folder import DiveFolder
@@ -591,11 +592,48 @@ def test_without_a_go_in_shadow_nothing_is_asked_and_the_reason_is_said(place):
 
 @pytest.mark.parametrize("armed", [Armed.DISARMED, Armed.ARMED, Armed.UNKNOWN])
 def test_one_key_lowers_it_to_shadow_without_a_word_typed(place, armed):
+    place.verbs.held = ("ff",)
     notices = played(place.desk, "ctrl+y", views=FixedViews(shown(3, armed)))
     assert [words for words in place.verbs.words if words[0] == "ff"] == [
         ("ff", "shadow", "--yes", "--system", "1")
     ]
     assert "vehicle 1 is being set to shadow" in notices
+
+
+def looks_anew(app):
+    """A step that does what the app does before it draws."""
+    app._tell_ordered()
+    app._take_back_warnings()
+
+
+def says(*words):
+    """A step that sees which notices there are."""
+    return lambda app: said(app) == list(words)
+
+
+def test_what_was_said_of_a_mode_goes_as_soon_as_the_vehicle_is_in_another(place):
+    views = FixedViews(shown(3))
+
+    def is_in(mode):
+        def step(app):
+            views.shown = shown(mode)
+            looks_anew(app)
+
+        return step
+
+    in_shadow = says("feed-forward in shadow, as the vehicle says")
+    # The screen is a little behind the vehicle's answer.
+    steps = ("ctrl+y", looks_anew, in_shadow, is_in(1), in_shadow, is_in(3), says())
+    played(place.desk, *steps, views=views)
+
+
+def test_an_order_that_off_overruled_says_so(place):
+    place.verbs.code, place.verbs.results["ff"] = (
+        exit_codes.NO,
+        {"seen": "OFF was ordered meanwhile and wins"},
+    )
+    why = says("feed-forward not set: OFF was ordered meanwhile and wins")
+    played(place.desk, "ctrl+y", looks_anew, why, views=FixedViews(shown(3)))
 
 
 def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):
