@@ -636,6 +636,15 @@ def test_an_order_that_off_overruled_says_so(place):
     played(place.desk, "ctrl+y", looks_anew, why, views=FixedViews(shown(3)))
 
 
+def test_off_ends_an_order_for_another_mode_that_is_on_its_way(place):
+    place.verbs.held, views = ("ff",), FixedViews(shown(3))
+    ended = says("feed-forward not set: OFF was ordered meanwhile and wins")
+    steps = ("ctrl+y", says("vehicle 1 is being set to shadow"), "ctrl+x", looks_anew, ended)
+    played(place.desk, *steps, views=views)
+    assert views.forced == 1
+    assert place.desk.jobs.state("ff").cancelled
+
+
 def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):
     (notice,) = played(place.desk, "ctrl+y", views=FixedViews(shown(1)))
     assert notice == "not lowered: the feed-forward does not act, in shadow"

@@ -23,8 +23,12 @@ class Modes(Recordings):
     _ordered: JobState | None = None
 
     def action_force_off(self) -> None:
-        """Force the feed-forward off without asking. The order uses the recording's links; begin one if none runs."""
+        """Force the feed-forward off without asking. The order uses the recording's links; begin one if none runs.
+
+        An order for another mode that is on its way is ended: it may not have begun to look out for OFF yet.
+        """
         self._views.force_off()
+        self.desk.jobs.cancel(ORDER)
         self._off_may_record = True
         if not self._views.view().records:
             self._record_for_off()
@@ -98,8 +102,9 @@ class Modes(Recordings):
             words = f"feed-forward in {mode}, as the vehicle says"
             self._warn(words, self._stays_in(mode), "information", TELL_S)
             return
-        # An order that OFF overruled, or that the vehicle let pass, is no error: its answer says so.
+        # An order that another program's OFF overruled is no error of its program: its answer says so.
         why = state.done.result["seen"] if state.done.result else state.failure
+        why = "OFF was ordered meanwhile and wins" if state.cancelled else why
         self.notify(f"feed-forward not set: {why}", severity="error", timeout=TELL_S)
 
     def _stays_in(self, mode: str) -> Callable[[], bool]:
