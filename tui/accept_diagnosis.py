@@ -174,6 +174,7 @@ def write_accepted(
             doubted=dict(doubted),
             foretold=foresight.rows,
             credits=foresight.credits,
+            unforetold=foresight.why,
         ),
     )
 

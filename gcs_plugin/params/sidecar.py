@@ -42,6 +42,7 @@ class Sidecar:
     - effects: of the model, beyond its coefficients, including those that no parameter holds.
     - doubted: reasons to doubt a value, by coefficient.
     - foretold: tracking error of the next dive with these values.
+    - unforetold: sentences on why the next dive, or an axis of it, is not foretold.
     - credits: for each thruster with a gain here, how far the vehicle's allocation already used that gain.
     """
 
@@ -63,6 +64,7 @@ class Sidecar:
     doubted: dict[str, str] = field(default_factory=dict)
     foretold: tuple[ForecastRow, ...] = ()
     credits: tuple[Credit, ...] = ()
+    unforetold: tuple[str, ...] = ()
 
 
 def sidecar_path(path: Path) -> Path:

@@ -177,7 +177,7 @@ def _reason(explanation: Explanation, gain: float, sigma: float, cause: Cause) -
         return f"no dive tells more than {MOST_CAUSES} causes"
     asked = required_gain(FormRemainder(explanation.weighing, explanation.fit), cause)
     if gain <= asked:
-        return f"too little here: {asked:.0f} are asked for"
+        return f"too little here: {asked:.0f} nats are asked for"
     if sigma <= LEAST_SIGMA:
         return "not in all parts of the dive"
     return "in doubt: it comes and goes with what else is accepted"

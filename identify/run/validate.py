@@ -171,8 +171,10 @@ def _made_up(
 
 
 def verdict(errors: Mapping[str, TrackingErrors]) -> str:
-    """Which mode errs least, axis by axis, by its mean absolute error while it is asked to move, and by how much."""
+    """Which mode errs least, axis by axis, by its mean absolute error while it is asked to move, and by how much less
+    than the first of the others. A mode is named again only where it is another: names are long."""
     axes_by_mode: dict[str, list[str]] = {}
+    named: dict[str, str] = {}
     for dof in AXES:
         axis_errors = {
             label: axis for label, run in errors.items() if (axis := run.axis(DOFS[dof])) is not None
@@ -180,8 +182,12 @@ def verdict(errors: Mapping[str, TrackingErrors]) -> str:
         known = {label: axis.overall for label, axis in axis_errors.items() if math.isfinite(axis.overall)}
         if known:
             best = min(known, key=known.__getitem__)
+            other = next((label for label in known if label != best), "")
+            name = f"'{other}'" if other != named.get(best) else ""
+            less = f" ({_less(known[best], known[other], name)})" if other else ""
+            named[best] = other
             axes_by_mode.setdefault(best, []).append(
-                f"{DOFS[dof]} {speed(known[best], axis_errors[best].unit)}{_less(best, known)}"
+                f"{DOFS[dof]} {speed(known[best], axis_errors[best].unit)}{less}"
             )
     if not axes_by_mode:
         return "No dive has a reference that moves and a measured speed beside it: nothing to compare."
@@ -191,13 +197,9 @@ def verdict(errors: Mapping[str, TrackingErrors]) -> str:
     )
 
 
-def _less(best: str, errors: Mapping[str, float]) -> str:
-    """How much less than the others, in brackets."""
-    words = []
-    for label, error in errors.items():
-        share = 1 - errors[best] / error if error > 0 else 0.0
-        if label != best:
-            words.append(
-                f"{fixed(100 * share, 0)} % less than '{label}'" if share >= ALIKE else f"like '{label}'"
-            )
-    return f" ({', '.join(words)})" if words else ""
+def _less(error: float, other: float, name: str) -> str:
+    """`75 % less than 'off'`, `75 % less` without a name."""
+    share = 1 - error / other if other > 0 else 0.0
+    if share < ALIKE:
+        return f"like {name}" if name else "alike"
+    return f"{fixed(100 * share, 0)} % less{f' than {name}' if name else ''}"

@@ -98,6 +98,7 @@ def test_what_is_foretold_while_a_cause_is_accepted_shows_its_progress(tmp_path,
     assert "foretold" in accept(tmp_path / "x.param", explained, dive, file)
     (line,) = capsys.readouterr().err.splitlines()
     assert (json.loads(line)["of"], json.loads(line)["share"]) == ("foretelling the next dive", 0.5)
+    assert read_sidecar(tmp_path / "x.param").unforetold == ("foretold",)
 
 
 def test_a_gain_that_is_accepted_no_longer_is_written_as_none_and_is_no_effect_of_the_model(

@@ -102,7 +102,7 @@ def diagnosis() -> dict:
                 },
             ],
             "tried": [
-                {"name": "waves", "gain_nats": 9.3, "why": "too little here: 30 are asked for"},
+                {"name": "waves", "gain_nats": 9.3, "why": "too little here: 30 nats are asked for"},
                 {"name": "weak thruster 5", "gain_nats": 2.1, "why": ""},
                 {"name": "DVL bias", "gain_nats": 0.03, "why": ""},
             ],

@@ -156,10 +156,9 @@ def test_what_the_accepted_model_foretells_stands_before_the_drifts(tmp_path):
     played(desk, "4", "s", "s", Sees("HOW FAR"), Lacks(foretold))  # of a model that is no longer there
     param.write_text("", encoding="utf-8")
     played(desk, "4", "s", "s", Sees(foretold), Lacks("is not foretold"))
-    sidecar_path(param).write_text('{"foretold": []}', encoding="utf-8")
-    played(
-        desk, "4", "s", "s", Sees("How the next dive tracks is not foretold: seatrial diagnose with --accept")
-    )
+    why = "How the next dive tracks is not foretold: the vehicle makes up for a thruster by itself."
+    sidecar_path(param).write_text(json.dumps({"foretold": [], "unforetold": [why]}), encoding="utf-8")
+    played(desk, "4", "s", "s", Sees(why), Lacks("foretold for the next dive"))
 
 
 def test_the_key_on_dives_diagnoses_the_dive_under_the_mark_at_once(tmp_path):

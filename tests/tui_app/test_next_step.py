@@ -11,8 +11,9 @@ from fake_verbs import desk as made_desk
 from made_diagnosis import diagnosis
 from made_validation import raising, run
 from made_view import FixedViews, picture, view
-from screen_text import WIDE, Lacks, Sees, played
+from screen_text import WIDE, Lacks, Sees, played, said
 
+from bridge import exit_codes
 from bridge.plain import plain
 from bridge.reports import PAGE, Report
 from gcs_plugin.dives.folder import DiveFolder
@@ -70,7 +71,15 @@ MENDED = replace(
          "connect the vehicle; then: compare and upload what was identified"),
         (replace(IDENTIFIED, halfway=True), Task.UPLOAD, "the last upload was cut short"),
         (replace(SHADOW, halfway=True), Task.UPLOAD, "the last upload was cut short"),
-        (replace(IDENTIFIED, taken_back=True), Task.UPLOAD, "rolled back: dive anew and identify"),
+        (replace(IDENTIFIED, taken_back=True, disarmed=True), Task.UPLOAD, "rolled back: dive anew and identify"),
+        (replace(IDENTIFIED, taken_back=True, recording=False), Task.RECORD,
+         "begin a recording; then: rolled back: dive anew and identify"),
+        (replace(IDENTIFIED, taken_back=True, contested=True), Task.UPLOAD, "two vehicles share an address"),
+        (replace(IDENTIFIED, taken_back=True), Task.DIVE, "rolled back: once surge, sway and yaw are dived anew"),
+        (replace(IDENTIFIED, taken_back=True, after_roll_back=True, dive="anew"), Task.IDENTIFY, "identify anew"),
+        (replace(IDENTIFIED, taken_back=True, after_roll_back=True, mode="both"), Task.VALIDATE, "validate first"),
+        (replace(IDENTIFIED, taken_back=True, after_roll_back=True, flown="both", go=True), Task.DIAGNOSE,
+         "flown and compared"),
         (replace(SHADOW, taken_back=True), Task.FLY_SHADOW, "once it has flown a minute in shadow"),
         (replace(IDENTIFIED, contested=True), Task.UPLOAD, "two vehicles share an address: part them"),
         (replace(GO, go=False, verdict="explained"), Task.LOOK, "first is diagnosed: read its last section, what to"),
@@ -117,7 +126,10 @@ MENDED = replace(
          "first is a NO-GO: ask what causes it"),
         (replace(AGAIN, heard=False, flown="both", go=False), Task.DIAGNOSE, "first is a NO-GO: ask what"),
         (replace(DIVED, writing=True), Task.WAIT, "the vehicle is being written to"),
-        (replace(AGAIN, flown="both", go=True, verdict="no_gap"), Task.FLY, "nothing is left to explain"),
+        (replace(AGAIN, flown="both", go=True, verdict="no_gap"), Task.FLY,
+         "nothing is left to explain; once it has flown on: begin the next dive"),
+        (replace(AGAIN, flown="both", go=True, verdict="no_gap", heard=False, recording=False), Task.RECORD,
+         "nothing is left to explain; begin a recording; then: once it has flown on"),
         (replace(AGAIN, flown="both", go=True, verdict="partly"), Task.LOOK, "first is diagnosed"),
         (replace(IDENTIFIED, accepts=True), Task.UPLOAD, "compare and upload the cause"),
         (replace(IDENTIFIED, accepts=True, changed=True), Task.UPLOAD, "what was accepted has changed"),
@@ -521,6 +533,9 @@ def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_wha
     past = PastUpload(preimage, 2, Outcome.APPLIED, "2026-11-21T085000Z-before.param", {}, {}, None)
     monkeypatch.setattr(last_accepted, "kept_in", lambda _, system: [past] if system == 1 else [])
     assert (place.situation().taken_back, place.situation().halfway) == (True, False)
+    assert place.situation().after_roll_back is False
+    place.dive("2026-11-21T0930Z-anew", M_u=0.01)
+    assert (place.situation().taken_back, place.situation().after_roll_back) == (True, True)
     begun = replace(past, outcome=Outcome.BEGUN, written={"FF0_M_U": 1.0})
     monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [begun])
     assert (place.situation().taken_back, place.situation().halfway) == (False, True)
@@ -577,11 +592,57 @@ def test_without_a_go_in_shadow_nothing_is_asked_and_the_reason_is_said(place):
 
 @pytest.mark.parametrize("armed", [Armed.DISARMED, Armed.ARMED, Armed.UNKNOWN])
 def test_one_key_lowers_it_to_shadow_without_a_word_typed(place, armed):
+    place.verbs.held = ("ff",)
     notices = played(place.desk, "ctrl+y", views=FixedViews(shown(3, armed)))
     assert [words for words in place.verbs.words if words[0] == "ff"] == [
         ("ff", "shadow", "--yes", "--system", "1")
     ]
     assert "vehicle 1 is being set to shadow" in notices
+
+
+def looks_anew(app):
+    """A step that does what the app does before it draws."""
+    app._tell_ordered()
+    app._take_back_warnings()
+
+
+def says(*words):
+    """A step that sees which notices there are."""
+    return lambda app: said(app) == list(words)
+
+
+def test_what_was_said_of_a_mode_goes_as_soon_as_the_vehicle_is_in_another(place):
+    views = FixedViews(shown(3))
+
+    def is_in(mode):
+        def step(app):
+            views.shown = shown(mode)
+            looks_anew(app)
+
+        return step
+
+    in_shadow = says("feed-forward in shadow, as the vehicle says")
+    # The screen is a little behind the vehicle's answer.
+    steps = ("ctrl+y", looks_anew, in_shadow, is_in(1), in_shadow, is_in(3), says())
+    played(place.desk, *steps, views=views)
+
+
+def test_an_order_that_off_overruled_says_so(place):
+    place.verbs.code, place.verbs.results["ff"] = (
+        exit_codes.NO,
+        {"seen": "OFF was ordered meanwhile and wins"},
+    )
+    why = says("feed-forward not set: OFF was ordered meanwhile and wins")
+    played(place.desk, "ctrl+y", looks_anew, why, views=FixedViews(shown(3)))
+
+
+def test_off_ends_an_order_for_another_mode_that_is_on_its_way(place):
+    place.verbs.held, views = ("ff",), FixedViews(shown(3))
+    ended = says("feed-forward not set: OFF was ordered meanwhile and wins")
+    steps = ("ctrl+y", says("vehicle 1 is being set to shadow"), "ctrl+x", looks_anew, ended)
+    played(place.desk, *steps, views=views)
+    assert views.forced == 1
+    assert place.desk.jobs.state("ff").cancelled
 
 
 def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):

@@ -133,6 +133,20 @@ def test_nothing_is_sent_before_the_switch_is_thrown_then_it_is_ticked_until_it_
     assert len(rig.source.sent) == 30
 
 
+def test_off_is_not_shown_as_acknowledged_once_the_vehicle_says_another_mode(rig, monkeypatch):
+    mode, made = [1.0], rig.watcher.picture
+    monkeypatch.setattr(rig.watcher, "picture", lambda now_s: replace(made(now_s), ff_mode=mode[0]))
+    rig.station.force_off()
+    rig.turn(after_s=0.3)
+    rig.switches[0].done = True
+    mode[0] = 0.0
+    assert rig.turn(after_s=0.3).forcing.done
+    assert rig.turn(after_s=0.3).forcing.done
+    mode[0] = 1.0
+    rig.turn(after_s=0.3)
+    assert rig.turn().forcing is None
+
+
 def test_a_switch_is_made_with_those_who_were_heard_before_the_key_and_hears_every_frame(rig):
     rig.hear(VEHICLE_BEAT)
     rig.turn()

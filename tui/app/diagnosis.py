@@ -84,6 +84,14 @@ class Answer:
         return any(cause.changed and probability >= LIKELY for cause, probability in causes)
 
 
+@dataclass(frozen=True)
+class Foretold:
+    """How the next dive will track, in sentences; `why` those on what can't be foretold."""
+
+    words: tuple[str, ...] = ()
+    why: tuple[str, ...] = ()
+
+
 def answer(data: Any) -> Answer | None:
     """Parse a diagnosis from a DIAGNOSED value; None if it is not a diagnosis."""
     try:
@@ -92,10 +100,11 @@ def answer(data: Any) -> Answer | None:
         return None
 
 
-def foretold(data: Any) -> tuple[str, ...] | None:
-    """The sidecar's prediction for the next dive in words; None if it is no sidecar."""
+def foretold(data: Any) -> Foretold | None:
+    """The prediction for the next dive from a sidecar's value; None if it is no sidecar."""
     try:
-        return rows_words([build(ForecastRow, row, "foretold") for row in data.get("foretold", ())])
+        rows = [build(ForecastRow, row, "foretold") for row in data.get("foretold", ())]
+        return Foretold(rows_words(rows), tuple(map(str, data.get("unforetold", ()))))
     except (TypeError, ValueError, AttributeError, ConfigError):
         return None
 

@@ -1,7 +1,9 @@
 """The app's orders to the vehicle: the feed-forward forced off, raised, lowered; the end of a flight."""
 
+from collections.abc import Callable
+
 from bridge import exit_codes
-from bridge.vehicle.mode import Mode
+from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.watch.picture import Armed
 from tui.app.jobs import JobState
 from tui.app.next_step import Flight, lowered_to, raised_to
@@ -21,8 +23,12 @@ class Modes(Recordings):
     _ordered: JobState | None = None
 
     def action_force_off(self) -> None:
-        """Force the feed-forward off without asking. The order uses the recording's links; begin one if none runs."""
+        """Force the feed-forward off without asking. The order uses the recording's links; begin one if none runs.
+
+        An order for another mode that is on its way is ended: it may not have begun to look out for OFF yet.
+        """
         self._views.force_off()
+        self.desk.jobs.cancel(ORDER)
         self._off_may_record = True
         if not self._views.view().records:
             self._record_for_off()
@@ -59,7 +65,11 @@ class Modes(Recordings):
             self.notify(f"not lowered: {why or BEING_SET}", severity="warning")
             return
         self._send_mode(mode, view)
-        self.notify(f"vehicle {view.picture.links[0].system} is being set to {mode.word}")
+        self._warn(
+            f"vehicle {view.picture.links[0].system} is being set to {mode.word}",
+            lambda: self.desk.jobs.runs(ORDER),
+            "information",
+        )
 
     def action_end_flight(self) -> None:
         """The end key of the flight that runs."""
@@ -87,8 +97,24 @@ class Modes(Recordings):
         if self._ordered is None or state is None or state.done is None:
             return
         self._ordered = None
-        done = state.done.code == exit_codes.DONE
-        words = (
-            f"in {state.done.result['mode']}, as the vehicle says" if done else f"not set: {state.done.why}"
-        )
-        self.notify(f"feed-forward {words}", severity="information" if done else "error", timeout=TELL_S)
+        if state.done.code == exit_codes.DONE:
+            mode = state.done.result["mode"]
+            words = f"feed-forward in {mode}, as the vehicle says"
+            self._warn(words, self._stays_in(mode), "information", TELL_S)
+            return
+        # An order that another program's OFF overruled is no error of its program: its answer says so.
+        why = state.done.result["seen"] if state.done.result else state.failure
+        why = "OFF was ordered meanwhile and wins" if state.cancelled else why
+        self.notify(f"feed-forward not set: {why}", severity="error", timeout=TELL_S)
+
+    def _stays_in(self, mode: str) -> Callable[[], bool]:
+        """Whether the vehicle is still in a mode, once it was seen in it: what is shown comes after the answer."""
+        seen = False
+
+        def holds() -> bool:
+            nonlocal seen
+            now = self._views.view().picture.ff_mode
+            seen = seen or (now is not None and word_of(now) == mode)
+            return not seen or now is None or word_of(now) == mode
+
+        return holds

@@ -71,7 +71,8 @@ class Situation:
 
     - identified: values of that dive, or of a dive before it, are kept; accepts: the newest are a diagnosis's;
       changed: of something that was accepted before.
-    - uploaded: the vehicle accepted the newest, or any where none are kept; taken_back: a roll back came after them.
+    - uploaded: the vehicle accepted the newest, or any where none are kept; taken_back: a roll back came after them;
+      after_roll_back: and the dive meant ended after that.
     - halfway: an upload or a roll back was begun and never finished.
     - departed: the newest dive since that upload that was judged before the one meant, if it was a NO-GO with the
       feed-forward, and neither of the two has a diagnosis that stands; "" for none.
@@ -101,6 +102,7 @@ class Situation:
     uploaded: bool = False
     halfway: bool = False
     taken_back: bool = False
+    after_roll_back: bool = False
     mode: str = ""
     last_mode: str = ""
     after_upload: bool = False
@@ -158,6 +160,7 @@ UPLOAD = Next(
 )
 HALFWAY = replace(UPLOAD, words="the last upload was cut short: compare, and upload or roll back")
 TAKEN_BACK = replace(UPLOAD, words="rolled back: dive anew and identify, or compare and upload it again")
+DIVE_ANEW = replace(DIVE, words="rolled back: once surge, sway and yaw are dived anew: begin the next dive")
 ACCEPT = replace(UPLOAD, words="compare and upload the cause that was diagnosed")
 CHANGED = replace(
     UPLOAD, words="what was accepted has changed: compare and upload its new value, or roll back"
@@ -201,7 +204,7 @@ DIAGNOSE = Next(
 )
 MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 MENDS_BOTH = replace(DIAGNOSE, words="{dive} was flown after a NO-GO: ask what causes it")
-NOTHING_LEFT = replace(FLY, words="nothing is left to explain; once it has flown on: begin the next dive")
+FLY_ON = replace(FLY, words="once it has flown on: begin the next dive")
 SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
 LOOK_CLOSER = Next(
     Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read its last section, what to dive next"
@@ -252,9 +255,12 @@ def next_of(now: Situation) -> Next:
         return _to_vehicle(now, HALFWAY)
     if now.uploaded:
         return _with_dive(_after_upload(now), now)
-    if now.identified and now.taken_back:
-        return _to_vehicle(now, TAKEN_BACK)
-    if now.identified:
+    if now.taken_back and not now.after_roll_back:
+        dives = now.heard and now.recording and not now.disarmed and not now.contested
+        return DIVE_ANEW if dives else _to_vehicle(now, TAKEN_BACK)
+    if now.taken_back and (now.mode in ACTING or now.flown in ACTING):
+        return _with_dive(_diagnosed(now) if now.flown in ACTING else VALIDATE, now)
+    if now.identified and not now.taken_back:
         return _to_vehicle(now, CHANGED if now.changed else ACCEPT if now.accepts else UPLOAD)
     if now.lacking and now.determined is not None:
         return _dive_more(now)
@@ -358,7 +364,10 @@ def _after_upload(now: Situation) -> Next:
 def _diagnosed(now: Situation) -> Next:
     if not now.verdict:
         return MENDS if now.go is False else DIAGNOSE
-    return NOTHING_LEFT if now.verdict == "no_gap" else _read_closer(now)
+    if now.verdict != "no_gap":
+        return _read_closer(now)
+    step = _to_vehicle(now, FLY_ON)
+    return replace(step, words=f"nothing is left to explain; {step.words}")
 
 
 def _read_closer(now: Situation) -> Next:

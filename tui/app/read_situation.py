@@ -50,6 +50,8 @@ def read_situation(desk: Desk, view: View) -> Situation:
         # Receipts of an earlier vehicle say nothing of one that itself says what its set lacks.
         lacks_set = any(said.of_set and not said.past for said in picture.said)
         uploaded_ns = 0 if lacks_set else accepted_ns
+    taken_back_ns = _taken_back_ns(desk.receipts, system) if values is not None else 0
+    taken_back = values is not None and taken_back_ns > written_ns(values)
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, determined = _determined(dive) if dive is not None else ((), None)
     since = [folder for folder in folders if uploaded_ns and ended_ns(folder) > uploaded_ns]
@@ -79,7 +81,8 @@ def read_situation(desk: Desk, view: View) -> Situation:
         changed=values is not None and values.name == ACCEPTABLE and has_changed(values.parent / DIAGNOSED),
         uploaded=uploaded_ns > 0,
         halfway=values is not None and unfinished(desk.receipts, system) is not None,
-        taken_back=values is not None and _taken_back_ns(desk.receipts, system) > written_ns(values),
+        taken_back=taken_back,
+        after_roll_back=taken_back and dive is not None and ended_ns(dive) > taken_back_ns,
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
         last_mode=word_of(last.ff_mode) if last is not None and last.ff_mode is not None else "",
         after_upload=dive in since,

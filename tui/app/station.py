@@ -11,6 +11,7 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.links.link import Link
 from bridge.links.reconnecting import Aside, Reconnecting
+from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Frame, Framer
 from gcs_plugin.feedforward.off_orders import OffMarks
 from gcs_plugin.feedforward.switch import Switch
@@ -169,8 +170,12 @@ class Station:
             self._done_s = None
         elif self._done_s is None:
             self._done_s = now_s
-        elif now_s > self._done_s + SHOW_DONE_S:
+        elif now_s > self._done_s + SHOW_DONE_S or self._acts_since(self._done_s):
             self._switch = self._forcing = None
+
+    def _acts_since(self, done_s: float) -> bool:
+        """Whether the vehicle on screen says another mode than OFF since it was off: then that is what is shown."""
+        return self._newest.now_s > done_s and self._newest.ff_mode not in (None, Mode.OFF)
 
     def _run(self) -> None:
         while not self._stop.is_set():

@@ -10,7 +10,7 @@ from gcs_plugin.params.sidecar import sidecar_path
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
-from tui.app.diagnosis import Answer, Cause, Tried, answer, foretold
+from tui.app.diagnosis import Answer, Cause, Foretold, Tried, answer, foretold
 from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer
@@ -41,9 +41,6 @@ MOST_TRIED: Final = 6
 SLIVER: Final = 0.01
 LEAST_NATS: Final = 1.0
 """A candidate with less gain is not worth showing."""
-UNTOLD: Final = (
-    "How the next dive tracks is not foretold: seatrial diagnose with --accept, in any terminal, says why."
-)
 MARKS: Final[dict[str, tuple[str, Role]]] = {
     "no_gap": ("● NO GAP", "strong"),
     "explained": ("● EXPLAINED", "strong"),
@@ -266,7 +263,7 @@ class DiagnoseScreen(SectionScreen):
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
         self._kept: Kept[Answer] = Kept(answer)
-        self._foretold: Kept[tuple[str, ...]] = Kept(foretold)
+        self._foretold: Kept[Foretold] = Kept(foretold)
         self._other = 0
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
@@ -311,13 +308,13 @@ class DiagnoseScreen(SectionScreen):
         diagnosis = self.result()
         if diagnosis is None:
             return ()
-        ahead: tuple[str, ...] | None = None
+        ahead: Foretold | None = None
         if name == "far" and self.dive is not None and self._accepts:
             ahead = self._foretold.read(sidecar_path(self.dive / ACCEPTABLE))
-        untold = wrapped(UNTOLD, "quiet", cells) if ahead == () else ()
+        ahead = ahead or Foretold()
         return (
-            *untold,
-            *(line for words in ahead or () for line in wrapped(words, "strong", cells)),
+            *(line for words in ahead.words for line in wrapped(words, "strong", cells)),
+            *(line for words in ahead.why for line in wrapped(words, "quiet", cells)),
             *MAKES[name](diagnosis, cells),
         )
 
