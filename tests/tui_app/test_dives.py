@@ -356,6 +356,16 @@ def test_a_row_has_length_loss_letters_and_what_was_made_of_it():
     assert (" 6.0 %  ", "warn") in lossy
 
 
+def test_on_a_narrow_screen_names_have_the_room_of_the_loss_which_its_details_say_where_it_is_large():
+    lossy = listed([dive("validation-both", loss=0.06)])
+    heads, row = plain(table(lossy, 0, None, (), 60, 2))
+    assert heads == "    began, UTC        length    mass   damping dive"
+    assert row.endswith(" validation-b…")
+    said = "6.0 % of its frames were lost on the link"
+    assert said in plain(details(lossy[0], False, 60))
+    assert said not in plain(details(listed([dive("a", loss=0.04)])[0], False, 60))
+
+
 @pytest.mark.parametrize(
     ("cells", "name", "ending"),
     [

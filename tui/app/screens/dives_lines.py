@@ -38,10 +38,14 @@ OF_ROW: Final = ("name", "size_bytes", "notes", "conditions", "damaged", "underw
 UNREAD: Final = "…"
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
 BEGAN: Final = f"{'':4}{'began, UTC':<18}"
-HEADS: Final = f"{BEGAN}{'length':<10}{'loss':>6}  {'mass':<7}{'damping':<8}dive"
+LENGTH, LOSS = f"{'length':<10}", f"{'loss':>6}  "
+TOLD: Final = f"{'mass':<7}{'damping':<8}"
 MASSES, DAMPINGS = "mass", "damping"
 SHORT: Final = 5  # letters kept of a shortened word: `ident.`
 LEAST_NAME: Final = 8  # cells
+NARROW: Final = 72
+"""Below so many cells a loss stands in its dive's details alone, where it is large: names would lose most letters."""
+LOSSY: Final = 0.05
 GROWN, LEAST_BYTES = 2, 50_000
 """A recording is looked at again when it has grown so many times, and by a second or two of frames."""
 ANGULAR: Final = 3  # first rotational degree of freedom
@@ -130,7 +134,8 @@ def table(
         dive = dives[n]
         return _row(dive, n == at, dive.folder == chosen, dive.folder in recorded, cells)
 
-    heads = f"{BEGAN}dive" if cells < PHONE else HEADS
+    loss = LOSS if cells >= NARROW else ""
+    heads = f"{BEGAN}{LENGTH}{loss}{TOLD}dive" if cells >= PHONE else f"{BEGAN}dive"
     return (((cut(heads, cells), "quiet"),), *around(len(dives), at, rows, row))
 
 
@@ -148,7 +153,7 @@ def _row(dive: DiveRow, is_at: bool, is_chosen: bool, is_recorded: bool, cells: 
         line = (
             *line,
             (f"{length(dive.glance.duration_s):<10}", role),
-            (f"{loss:>6}  ", "warn" if dive.glance.loss > 0.05 else role),
+            *(((f"{loss:>6}  ", "warn" if dive.glance.loss > LOSSY else role),) if cells >= NARROW else ()),
             (f"{_letters(dive, MASSES):<7}", "accent"),
             (f"{_letters(dive, DAMPINGS):<8}", "accent"),
         )
@@ -207,6 +212,10 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
             else "nothing to identify"
         )
         lines += hanging(f"{unknown}: {dive.glance.why_not}", "warn", cells)
+    if dive.glance.loss > LOSSY:
+        lines += hanging(
+            f"{number(100 * dive.glance.loss, 1)} % of its frames were lost on the link", "warn", cells
+        )
     stray = f"{dive.glance.stray}." if dive.glance.stray else ""
     for sentence in filter(None, (stray, dive.glance.restarts, dive.glance.lacking, dive.glance.unheard)):
         lines += hanging(sentence, "warn", cells)
