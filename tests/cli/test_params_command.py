@@ -143,6 +143,22 @@ def test_one_that_is_armed_while_the_question_stands_gets_no_upload(vehicle, fil
     assert "is armed; nothing was sent" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("action", ["upload", "rollback"])
+def test_nobody_is_asked_about_an_armed_vehicle_that_gets_nothing_anyway(
+    vehicle, file, monkeypatch, capsys, action
+):
+    assert run("upload", file, "--yes") == exit_codes.DONE
+    vehicle.clock.advance_to(vehicle.clock.now_s + 2.0)
+    if action == "upload":
+        vehicle.server.write("FF1_M_U", 99.0, armed=False)
+    vehicle.armed = True
+    asked = []
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n", lambda: asked.append(True)))
+    assert run(action, *([file] if action == "upload" else [])) == exit_codes.NO
+    assert "is armed; nothing was sent" in capsys.readouterr().err
+    assert not asked
+
+
 def test_an_armed_vehicle_gets_an_upload_and_its_roll_back_on_purpose(vehicle, file):
     vehicle.armed = True
     assert run("upload", file, "--yes", "--armed") == exit_codes.DONE

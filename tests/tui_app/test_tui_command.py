@@ -258,6 +258,16 @@ def test_every_recorder_that_lives_on_is_named_on_leaving(running, monkeypatch, 
     )
 
 
+def test_the_recording_that_was_listed_before_the_app_is_said_to_have_ended(running, capsys):
+    running(replace(HOLDING, pid=HOLDING.pid + 1))
+    tui.list_recorders(HOLDING)
+    ended, _ = capsys.readouterr().err.splitlines()
+    assert ended == f"the recording of process {HOLDING.pid} into dives/2026-11-21T0852Z has ended since"
+    running(HOLDING)
+    tui.list_recorders(HOLDING)
+    assert "ended since" not in capsys.readouterr().err
+
+
 def test_the_dives_of_the_present_folder_are_shown_where_there_is_no_folder_of_dives(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert tui.folder_of_dives("dives") == Path("dives")

@@ -170,13 +170,11 @@ def apply(
     plan = proposal.plan
     show_plan(arguments, proposal, (Verdict.READ_ONLY, Verdict.SAME))
     plan.check()
-    if (
-        proposal.writes(client.vehicle)
-        and not arguments.yes
-        and not show.agreed(client, f"{action_of(plan)}?", "write")
-    ):
-        show.say(show.words(), "nothing was sent")
-        return exit_codes.INTERRUPTED
+    if proposal.writes(client.vehicle):
+        client.session.check_armed(plan, arguments.armed)
+        if not arguments.yes and not show.agreed(client, f"{action_of(plan)}?", "write"):
+            show.say(show.words(), "nothing was sent")
+            return exit_codes.INTERRUPTED
     with watch.bar(reports.WRITING):
         receipt = client.apply(
             proposal.order(Path(arguments.receipts), unix_s, even_armed=arguments.armed, read_at=read_at)

@@ -19,7 +19,7 @@ from bridge.vehicle.mode import Mode
 from gcs_plugin.dives.folder import list_folders
 from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.peers import newest
-from gcs_plugin.recording.state import was_killed
+from gcs_plugin.recording.state import Holding, was_killed
 from gcs_plugin.watch.alarms import load_settings
 from tui import links, show
 from tui.app import recorder, themes
@@ -96,9 +96,13 @@ def list_recording() -> None:
             say(sentence)
 
 
-def list_recorders() -> None:
-    """Name every recorder that lives on, and how to end it."""
-    for n, holding in enumerate(links.recordings_now()):
+def list_recorders(before: Holding | None = None) -> None:
+    """Name the recording that ran `before` the app, if it has ended since, and every recorder that lives on, with how
+    to end it."""
+    living = links.recordings_now()
+    if before is not None and before.pid not in {holding.pid for holding in living}:
+        say(f"{links.words_of(before)} has ended since")
+    for n, holding in enumerate(living):
         how = "Ctrl-C in its terminal ends it" if n else "`seatrial record --end` ends it"
         say(f"{links.words_of(holding)} goes on, of {', '.join(holding.links)}; {how}")
 
@@ -175,12 +179,13 @@ def _show(arguments: argparse.Namespace) -> int:
     )
     if not in_browser:
         list_sockets(arguments)
+    listed = None if in_browser else links.holding_now()
     station.start()
     try:
         app.run()
     finally:
         station.stop()
-    list_recorders()
+    list_recorders(listed)
     return app.return_code or exit_codes.DONE
 
 
