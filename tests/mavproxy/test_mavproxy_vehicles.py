@@ -43,7 +43,7 @@ def test_an_armed_vehicle_takes_what_a_code_for_armed_ones_confirms_and_nothing_
         mavproxy.ask(f"seatrial params yes {code}", "the vehicle is ARMED; to write all the same")
         assert second.server.mode == 0
         mavproxy.ask(
-            f"seatrial params yes armed-{code}", r"(?s)FF_MODE +0 +1 +read back equal.*values before"
+            f"seatrial params yes armed-{code}", r"(?s)FF_MODE +off +shadow +read back equal.*values before"
         )
         code = mavproxy.ask(
             f"seatrial params upload {coefficients}", r"which is ARMED:\n\s+seatrial params (yes armed-\S+)"

@@ -45,7 +45,9 @@ def test_what_was_accepted_and_never_sent_is_named_with_the_way_to_send_it():
 
 @pytest.mark.parametrize("stands", [True, False])
 def test_what_the_app_left_beside_another_dive_is_named_where_its_diagnosis_stands(monkeypatch, stands):
-    monkeypatch.setattr("tui.unsent.is_acceptable", lambda dive: stands and dive.name == "2026-09-21T1414Z")
+    monkeypatch.setattr(
+        "tui.unsent_diagnosis.is_acceptable", lambda dive: stands and dive.name == "2026-09-21T1414Z"
+    )
     kept("out/2026-09-21T1414Z/diagnosed.param", FOUND)
     dive = replace(AFTER, source=Path("out/2026-09-21T1416Z/telemetry.tlog"))
     assert ("params upload out/2026-09-21T1414Z/diagnosed.param, in the app" in said(dive)) is stands
