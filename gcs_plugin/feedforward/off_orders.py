@@ -2,12 +2,10 @@
 
 OFF wins: a program that raises the feed-forward yields to one that orders OFF meanwhile. It would see that order only
 through the vehicle's reports, which may be the same as before. So a program that sends OFF first touches a small file
-for the system. Whether that file was touched since is what counts, by the clock of this computer only for the seconds
-in which a program starts.
+for the system. No clocks are compared, only whether the file was touched since.
 """
 
 import threading
-import time
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -43,22 +41,11 @@ class OffMarks:
             self._thread.join(WAIT_S)
 
 
-STARTS_S: Final = 3.0
-"""Time that a program on a slow computer takes from its command to its first line."""
-
-
 class OffOrders:
-    """The OFF orders marked since this object was made, and up to `early_s` before: while its program started."""
+    """The OFF orders marked since this object was made."""
 
-    def __init__(self, early_s: float = 0.0) -> None:
-        now_ns = time.time_ns()
-        marks = {file.name: _touched(file) for file in state_file().parent.glob(f"{_NAME}*")}
-        # A mark of the future was made before the clock was set back.
-        self._before = {
-            name: at_ns
-            for name, at_ns in marks.items()
-            if at_ns is None or not 0 <= now_ns - at_ns < early_s * 1e9
-        }
+    def __init__(self) -> None:
+        self._before = {file.name: _touched(file) for file in state_file().parent.glob(f"{_NAME}*")}
 
     def given(self, system: int) -> bool:
         """Whether any program on this computer has ordered OFF for a system since."""

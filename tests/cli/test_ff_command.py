@@ -180,14 +180,6 @@ def test_off_of_another_program_while_the_question_stands_wins_and_nothing_is_se
     assert "OFF was ordered meanwhile and wins: both is sent no more" in capsys.readouterr().out
 
 
-def test_off_of_another_program_while_this_one_starts_wins_and_nothing_is_sent(vehicle, capsys):
-    off = dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", 0.0, dialect.MAV_PARAM_TYPE_REAL32)
-    OffMarks().mark([off])
-    assert run("shadow", "--yes") == exit_codes.NO
-    assert "OFF was ordered meanwhile and wins" in capsys.readouterr().out
-    assert vehicle.sets == []
-
-
 @pytest.mark.parametrize(("typed", "code", "mode"), [("both\n", 0, 3), ("yes\n", 4, 0), ("\n", 4, 0)])
 def test_of_an_armed_vehicle_the_modes_name_is_typed(vehicle, monkeypatch, typed, code, mode, capsys):
     vehicle.give_a_model()

@@ -1,6 +1,5 @@
 """OFF of several vehicles, against a raise, in MAVProxy, and in a roll back."""
 
-import os
 import random
 
 import pytest
@@ -19,7 +18,6 @@ from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.switching import Switching
 from gcs_plugin.params.plan import not_raised
 from gcs_plugin.peers import GROUND_STATION
-from gcs_plugin.recording.state import state_file
 
 
 class Ground:
@@ -147,20 +145,6 @@ def test_off_of_another_vehicle_overrules_nothing():
     OffMarks().mark(off.tick(0.0))
     assert (orders.given(1), orders.given(2)) == (False, True)
     assert not OffOrders().given(2)
-
-
-def test_an_off_while_a_program_starts_counts_for_it_and_none_before_nor_of_a_clock_that_was_set_back():
-    OffMarks().mark(Switch(Mode.OFF, 1).tick(0.0))
-    (mark,) = state_file().parent.glob("off-ordered-*")
-    marked_s = mark.stat().st_mtime
-    assert OffOrders(3.0).given(1)
-    assert not OffOrders().given(1)
-    for moved_s in (-3.5, 60.0):
-        os.utime(mark, (marked_s + moved_s, marked_s + moved_s))
-        orders = OffOrders(3.0)
-        assert not orders.given(1)
-        mark.touch()
-        assert orders.given(1)
 
 
 def test_what_raises_and_what_only_asks_is_no_order_of_off():

@@ -17,7 +17,7 @@ from bridge.links.link import Link
 from bridge.vehicle.mode import BY_WORD, Mode, word_of
 from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire.framing import Encoder, Framer
-from gcs_plugin.feedforward.off_orders import STARTS_S, OffMarks, OffOrders
+from gcs_plugin.feedforward.off_orders import OffMarks, OffOrders
 from gcs_plugin.feedforward.switch import Switch, caution
 from gcs_plugin.feedforward.switched_vehicle import sent_text
 from gcs_plugin.params.client import ParameterClient
@@ -73,7 +73,7 @@ def switch_off(arguments: argparse.Namespace, link: Link, clock: Clock, opener: 
 
 def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock) -> int:
     """Switch to a mode that may move the vehicle: ask first, refuse if the vehicle can't, and give up after a time."""
-    words, orders = show.words(), OffOrders(STARTS_S)
+    words, orders = show.words(), OffOrders()
     allowed = permitted(mode, arguments, link, clock)
     if allowed is None:
         show.say(words, "nothing was sent")
