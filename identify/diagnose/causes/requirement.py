@@ -50,7 +50,8 @@ def remainder_nats(remainder: FormRemainder, cause: Cause) -> float:
 
 
 def shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
-    """Nats that a further cause may save by the form remainder of earlier causes, whatever it shares with them.
+    """Nats that a further cause may save by the form remainder of earlier causes, whatever it shares with them; of what
+    an autopilot's filter adds, no more than all that they save where it acts.
 
     Those of steady pushes count where it acts in the same degrees of freedom: the filters are fitted with trims, and a
     push without them saves far more than the dive tells of it.
