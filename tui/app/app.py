@@ -220,7 +220,6 @@ class SeatrialApp(Modes, inherit_bindings=False):
         self._tell_recording()
         self._watch_over_off()
         self._tell_ordered()
-        self._take_back_warnings()
         if self._pace.may_draw(now_s):
             self._show()
             if isinstance(self._driver, AnsweringDriver) and self._pace.may_ask():
@@ -250,6 +249,7 @@ class SeatrialApp(Modes, inherit_bindings=False):
         self._pace.on_answered(self._clock())
 
     def _show(self) -> None:
+        self._take_back_warnings()
         view, for_step = self._news.seen(self._views.view())
         situation = self._situation(for_step)
         view = replace(view, situation=situation, next=next_of(situation), view_only=self.view_only)

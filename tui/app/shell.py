@@ -77,7 +77,8 @@ class Shell(KeysInTurn):
     def _take_back_warnings(self) -> None:
         """Remove the warnings that hold no longer."""
         for warning, holds in tuple(self._warnings):
-            if warning.has_expired or not holds():
+            # A warning that has not reached the screen yet stays until it can be removed there.
+            if warning.has_expired or (warning in self._notifications and not holds()):
                 self._warnings.remove((warning, holds))
                 self._unnotify(warning)
 
