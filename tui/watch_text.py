@@ -126,7 +126,7 @@ def trouble(picture: Picture) -> list[str]:
     if picture.armed is Armed.UNKNOWN:
         return []
     rows = sorted(
-        (row for row in picture.sensors if row.condition is not Condition.OK),
+        (row for row in picture.sensors if row.condition not in (Condition.OK, Condition.AWAITED)),
         key=lambda row: POOR.index(row.condition) if row.condition in POOR else len(POOR),
     )
     return [*filter(None, (picture.twins, picture.stranger)), *(f"{row.name}: {row.words}" for row in rows)]

@@ -19,12 +19,13 @@ class Freshness(Enum):
 
 
 class Condition(Enum):
-    """Condition of a sensor; the value is the word shown for it."""
+    """Condition of a sensor; the value is the word shown for it. AWAITED: it had no time to be heard yet."""
 
     OK = "ok"
     DEGRADED = "degraded"
     BAD = "bad"
     MISSING = "missing"
+    AWAITED = "awaited"
 
 
 class Armed(Enum):

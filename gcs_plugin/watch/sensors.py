@@ -84,11 +84,12 @@ def sensor_rows(
     now_s: float,
     hz_of: Callable[[str], float],
     locked_share: float,
+    listened_s: float,
 ) -> tuple[SensorRow, ...]:
     """A row for each sensor that the vehicle file names or that was heard, in the order of the table.
 
     `hz_of` returns a signal's least rate, as `expected_hz` does. `locked_share`: share of the DVL's pings in the last
-    minute with bottom lock, NaN without pings.
+    minute with bottom lock, NaN without pings. `listened_s`: for so long the vehicle has been listened to.
     """
     rows = []
     for sensor in SENSORS:
@@ -99,7 +100,10 @@ def sensor_rows(
         age_s = channel.age_s(now_s)
         fresh = freshness(age_s, hz)
         rate_hz = channel.rate_hz(now_s, STALE_PERIODS * period_s(hz))
-        condition, words = _judged(sensor, channel, fresh, now_s)
+        if channel.first_s == math.inf:
+            condition, words = _unheard(listened_s, hz)
+        else:
+            condition, words = _judged(sensor, channel, fresh, now_s)
         if condition is Condition.OK:
             condition, words = _weak(sensor.signal, channel, vehicle, now_s, rate_hz, hz, locked_share)
         rows.append(
@@ -110,9 +114,13 @@ def sensor_rows(
     return tuple(rows)
 
 
-def _judged(sensor: Sensor, channel: Channel, fresh: Freshness, now_s: float) -> tuple[Condition, str]:
-    if channel.first_s == math.inf:
+def _unheard(listened_s: float, hz: float) -> tuple[Condition, str]:
+    if listened_s > FIRST_LOOK_S and freshness(listened_s, hz) is Freshness.GONE:
         return Condition.MISSING, "never heard; check the device and its port"
+    return Condition.AWAITED, "not heard yet"
+
+
+def _judged(sensor: Sensor, channel: Channel, fresh: Freshness, now_s: float) -> tuple[Condition, str]:
     age_s = channel.age_s(now_s)
     if fresh is Freshness.GONE:
         return Condition.MISSING, f"silent for {age_s:.1f} s"

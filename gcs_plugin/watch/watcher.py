@@ -95,6 +95,7 @@ class Watcher:
         self._vehicle_unix_s = math.nan
         self._said: deque[Said] = deque(maxlen=TEXTS_KEPT)
         self._said_at_s = 0.0
+        self._first_s = math.inf  # when the vehicle was first heard
         self._texts = StatusTexts(self._tell)
         self._active_set = ActiveSet()
         self._live_gap = LiveGap(self._file, {} if system is None else self._accepted(system))
@@ -123,6 +124,7 @@ class Watcher:
         if number == _SYSTEM_TIME:
             self._date(arrived_s)
         if from_vehicle:
+            self._first_s = min(self._first_s, arrived_s)
             self._hear_parameter(frame, arrived_s)
             self._tell_restart(peer, arrived_s)
         if number in _OF_WORDS:
@@ -147,7 +149,14 @@ class Watcher:
             armed=_armed(beat),
             armed_age_s=now_s - beat.time_s,
             links=self._link_rows(now_s, commander),
-            sensors=sensor_rows(channels, self._vehicle, now_s, hz, quantities.locked_share(now_s)),
+            sensors=sensor_rows(
+                channels,
+                self._vehicle,
+                now_s,
+                hz,
+                quantities.locked_share(now_s),
+                now_s - self._first_s,
+            ),
             traces=quantities.traces(now_s, hz),
             thrusters=thruster_rows(
                 channels["pwm"], channels["rpm"], self._thruster_names(configuration), now_s, hz("pwm")

@@ -8,12 +8,14 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from scipy.spatial.transform import Rotation
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, imu
 
+from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.picture import Condition, Freshness, freshness
 from gcs_plugin.watch.quantities import Ring
 from gcs_plugin.watch.watcher import Watcher
-from tui.watch_text import header
+from tui.commands.watch import code
+from tui.watch_text import header, trouble
 
 
 @pytest.fixture
@@ -79,6 +81,23 @@ def test_a_sensor_that_falls_silent_is_degraded_then_missing_and_says_for_how_lo
         "silent for 5.0 s",
     )
     assert gone.rate_hz < 4.0
+
+
+@pytest.mark.usefixtures("vehicle")
+@pytest.mark.parametrize(("signal", "listened_s"), [("imu", 5.0), ("gnss", 10.0)])
+def test_a_sensor_is_called_never_heard_once_it_had_time_to_speak(watcher, signal, listened_s):
+    early = row(watcher, signal, listened_s)
+    assert (early.condition, early.words) == (Condition.AWAITED, "not heard yet")
+    assert not any(words.startswith(early.name) for words in trouble(watcher.picture(listened_s)))
+    late = row(watcher, signal, listened_s + 0.1)
+    assert (late.condition, late.words) == (Condition.MISSING, "never heard; check the device and its port")
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_a_look_that_ends_before_a_sensor_spoke_did_not_hear_it(watcher):
+    picture = watcher.picture(3.0)
+    assert {row.condition for row in picture.sensors} == {Condition.AWAITED}
+    assert code(1, picture, once=True) == exit_codes.NO
 
 
 def test_a_device_set_slower_in_the_file_is_expected_slower(tmp_path):

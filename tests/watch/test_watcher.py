@@ -21,8 +21,8 @@ def test_before_anything_came_the_picture_claims_nothing(watcher):
     assert picture.armed is Armed.UNKNOWN
     assert picture.armed_age_s == math.inf
     assert picture.links == picture.said == ()
-    assert {row.condition for row in picture.sensors} == {Condition.MISSING}
-    assert {row.words for row in picture.sensors} == {"never heard; check the device and its port"}
+    assert {row.condition for row in picture.sensors} == {Condition.AWAITED}
+    assert {row.words for row in picture.sensors} == {"not heard yet"}
     assert {trace.freshness for trace in picture.traces.values()} == {Freshness.GONE}
     assert picture.ff_mode is None
 

@@ -21,7 +21,7 @@ from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import load_settings
-from gcs_plugin.watch.picture import Picture
+from gcs_plugin.watch.picture import Condition, Picture
 from gcs_plugin.watch.watcher import Watcher
 from tui import links, show
 from tui.watch_text import POOR, header, line, plain, screen, tables
@@ -77,7 +77,7 @@ def code(frames: int, picture: Picture, once: bool) -> int:
     """Return the exit code; poor sensors count only with `once`."""
     if not frames:
         return exit_codes.LINK
-    poor = any(row.condition in POOR for row in picture.sensors)
+    poor = any(row.condition in (*POOR, Condition.AWAITED) for row in picture.sensors)
     return exit_codes.NO if once and poor else exit_codes.DONE
 
 

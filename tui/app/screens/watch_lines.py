@@ -37,6 +37,7 @@ MARKS: Final[dict[Condition, Span]] = {
     Condition.DEGRADED: ("◐", "warn"),
     Condition.BAD: ("▲", "bad"),
     Condition.MISSING: ("○", "bad"),
+    Condition.AWAITED: ("○", "quiet"),
 }
 SEVERITIES: Final = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
 ERROR, WARNING = 3, 4
@@ -79,7 +80,8 @@ def _sensor(row: SensorRow, name_cells: int, cells: int) -> Lines:
     fresh = row.freshness is Freshness.FRESH
     head = _head(row.condition, row.name, "plain" if fresh else "stale", name_cells, cells)
     if row.freshness is Freshness.GONE:
-        heard = ago(row.age_s) if math.isfinite(row.age_s) else "never heard"
+        unheard = "not heard yet" if row.condition is Condition.AWAITED else "never heard"
+        heard = ago(row.age_s) if math.isfinite(row.age_s) else unheard
         forms = (f"{NOTHING} {row.words}" if row.words else "", f"{NOTHING} {heard}")
         room = cells - width(head)
         return _with_words(
