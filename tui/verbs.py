@@ -515,6 +515,7 @@ def _params(options: Options) -> None:
             action.value("--out", "FILE", "write them as .param, .parm or .params", type=ParameterTarget)
         elif name == "rollback":
             action.value("file", "FILE", before, nargs="?")
+            action.vehicle_file("the vehicle file; a FILE that says it is of another vehicle is refused")
         else:
             action.value("file", "FILE", sent)
             action.vehicle_file("the vehicle file; needed where FILE is JSON")

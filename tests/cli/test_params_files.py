@@ -157,6 +157,19 @@ def test_a_file_without_its_sidecar_that_names_another_vehicle_is_refused(vehicl
     assert "warning:" in capsys.readouterr().out
 
 
+def test_a_roll_back_takes_the_vehicle_file_as_an_upload_does_and_refuses_what_another_vehicle_held(
+    vehicle, tmp_path, capsys
+):
+    path = identified(tmp_path)
+    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
+    other = without_sidecar(tmp_path, "otherboat")
+    assert run("rollback", other, "--vehicle", VEHICLE, "--yes") == exit_codes.BAD_INPUT
+    assert "is of vehicle 'otherboat', and" in " ".join(capsys.readouterr().err.split())
+    assert vehicle.server.active(1)["M_u"] == 112.0
+    assert run("rollback", "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
+    assert vehicle.server.active(1) == {}
+
+
 UNCHECKED = (
     "note: vehicle file and intervals of new.param could not be checked: new.param.json is not beside it"
 )
