@@ -5,19 +5,22 @@ These are asked for several times a second: of a recording only the first and th
 
 import contextlib
 import gzip
+import math
 import os
 import stat
 import zlib
 from collections import Counter
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
-from typing import Final
+from typing import Final, NamedTuple
 
 from bridge.clock import OLDEST_UNIX_S, date_in_name
 from bridge.errors import LogError
 from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.wire.framing import MAGIC_1, MAGIC_2
+from bridge.wire.readings import decode
 from bridge.wire.tlog import LATEST_US, STAMP, SUFFIXES, next_record
 from bridge.wire.whole_recording import standing_for
 
@@ -119,8 +122,8 @@ def _by_glance(folder: Path) -> float:
     return began_unix_s
 
 
-TAIL_BYTES: Final = 4096
-"""Bytes read at the end of a recording: some fifty frames."""
+END_BYTES: Final = 4096
+"""Bytes read at each end of a recording: some fifty frames."""
 LONGEST_S: Final = 30 * 86_400.0
 """A longer time between two stamps means that a stamp is damaged."""
 
@@ -135,36 +138,65 @@ def bytes_of(folder: Path) -> int:
 
 
 def length_s(folder: Path) -> float | None:
-    """Seconds from the first to the last frame of a dive folder's recordings; None without valid stamps."""
+    """Seconds from the first to the last frame of a dive folder's recordings; None without valid stamps.
+
+    By the vehicle's clocks where they went further than the stamps: a simulated vehicle may be faster than the sea.
+    """
     try:
         files = standing_for(sorted(recordings(folder), key=number))
     except LogError:
         return None
     first_s = next(filter(None, map(first_stamp_s, files)), None)
-    last_s = next(filter(None, map(_last_stamp_s, reversed(files))), None)
+    ends = filter(None, map(_at_end, reversed(files)))
+    dated = next(filter(None, ([seen for seen in end if seen.stamp_s] for end in ends)), None)
+    last_s = dated[-1].stamp_s if dated else None
     if first_s is None or last_s is None or not 0.0 <= last_s - first_s <= LONGEST_S:
         return None
-    return last_s - first_s
+    begin = next(filter(None, map(_at_begin, files)), ())
+    began_s = {seen.clock: seen.clock_s for seen in reversed(begin)}
+    went_s = (seen.clock_s - began_s[seen.clock] for seen in dated or () if seen.clock in began_s)
+    return max(last_s - first_s, *(went for went in went_s if went <= LONGEST_S), 0.0)
 
 
-def _last_stamp_s(file: Path) -> float | None:
-    """Stamp of the last intact frame of a plain `.tlog`, Unix s; None if there is none near its end."""
+class _Seen(NamedTuple):
+    """A frame: its stamp, Unix s, None if damaged; its clock, by system, component and signal; what that said, NaN if
+    nothing."""
+
+    stamp_s: float | None
+    clock: tuple[int, int, str]
+    clock_s: float
+
+
+def _at_begin(file: Path) -> tuple[_Seen, ...]:
+    """The first frames of a plain `.tlog`; none if it can't be read."""
+    return _seen(file, lambda _: 0)
+
+
+def _at_end(file: Path) -> tuple[_Seen, ...]:
+    """The last frames of a plain `.tlog`; none if it can't be read."""
+    return _seen(file, lambda size_bytes: max(size_bytes - END_BYTES, 0))
+
+
+def _seen(file: Path, start: Callable[[int], int]) -> tuple[_Seen, ...]:
     try:
         state = file.stat()
         if not file.name.endswith(".tlog") or not stat.S_ISREG(state.st_mode):
-            return None
-        return _at_end_s(file, state.st_size, state.st_mtime_ns)
+            return ()
+        return _read(file, start(state.st_size), state.st_size, state.st_mtime_ns)
     except OSError:
-        return None
+        return ()
 
 
 @lru_cache(_KEPT)
-def _at_end_s(file: Path, size_bytes: int, _changed_ns: int) -> float | None:
+def _read(file: Path, start: int, _size_bytes: int, _changed_ns: int) -> tuple[_Seen, ...]:
     with file.open("rb") as opened:
-        opened.seek(max(size_bytes - TAIL_BYTES, 0))
-        data = opened.read(TAIL_BYTES)
-    position, last_us = 0, None
+        opened.seek(start)
+        data = opened.read(END_BYTES)
+    position, frames = 0, []
     while (record := next_record(data, position, Counter())) is not None:
-        position, stamp_us, _ = record
-        last_us = last_us if stamp_us is None else stamp_us
-    return None if last_us is None else last_us * 1e-6
+        position, stamp_us, frame = record
+        reading = decode(frame)
+        signal, clock_s = ("", math.nan) if reading is None else (reading.signal, reading.time_s)
+        stamp_s = None if stamp_us is None else stamp_us * 1e-6
+        frames.append(_Seen(stamp_s, (frame.system, frame.component, signal), clock_s))
+    return tuple(frames)

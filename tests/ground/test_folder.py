@@ -12,6 +12,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError, LogError
 from bridge.wire.framing import Encoder
+from bridge.wire.readings import Reading, encode
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.conditions import (
     NOTHING_SAID,
     Conditions,
@@ -29,7 +31,7 @@ from gcs_plugin.dives.folder import (
     load_folder,
     new_folder,
 )
-from gcs_plugin.dives.recordings import began
+from gcs_plugin.dives.recordings import began, length_s
 from gcs_plugin.locks import folder_lock
 
 SECOND_S = 1_795_165_923.0
@@ -241,3 +243,22 @@ def test_last_times_are_those_of_the_newest_earlier_dive_that_has_any(tmp_path):
     assert last_conditions(tmp_path, folder.path) == KNOWN
     assert last_conditions(tmp_path, tmp_path / "about to begin") == FRESH
     assert last_conditions(tmp_path / "none", folder.path) == NOTHING_SAID
+
+
+def with_rates(folder, times_s, boot_s):
+    """A recording of rates of turn at these times, which the vehicle's clock dates by `boot_s`."""
+    encoder = Encoder(1, 1)
+    with TlogWriter(folder / "telemetry.tlog") as writer:
+        for time_s, clock_s in zip(times_s, boot_s, strict=True):
+            frame = encoder.frame(*encode(Reading("imu", clock_s, (0.0,) * 7)))
+            writer.write(round((SECOND_S + time_s) * 1e6), frame)
+
+
+def test_a_dive_is_as_long_as_it_was_for_a_vehicle_that_dived_faster_than_real_time(tmp_path):
+    with_rates(tmp_path, range(200), [30.0 + 4.0 * n for n in range(200)])
+    assert length_s(tmp_path) == pytest.approx(4 * 199.0)
+
+
+def test_a_dive_is_as_long_as_its_stamps_say_where_the_vehicle_started_anew(tmp_path):
+    with_rates(tmp_path, range(200), [*range(1000, 1150), *range(50)])
+    assert length_s(tmp_path) == pytest.approx(199.0)
