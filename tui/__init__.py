@@ -9,3 +9,9 @@ them · `links` the way to a link, or to its hub · `recordings` that a verb nam
 was uploaded · `watch_text` a picture as text · `dive_list` for dives and the app, `dive_reading` for dives ·
 `flight_recording` for fly · `column_map` of import --map.
 """
+
+import time
+from typing import Final
+
+BEGAN_UNIX_S: Final = time.time()
+"""When this program began to start: what follows is imported, which takes a quarter of a second and more."""

@@ -5,6 +5,7 @@ import contextlib
 import difflib
 import gc
 import importlib
+import math
 import os
 import signal
 import sys
@@ -16,6 +17,7 @@ from bridge.command_line import Parser
 from bridge.errors import SeatrialError
 from bridge.text import printable, say
 from bridge.version import installed
+from tui import BEGAN_UNIX_S
 from tui.options import Options
 from tui.verbs import VERBS
 
@@ -26,7 +28,7 @@ STOPPED = "stopped before it was done"
 def command() -> int:
     """Run `main` as a whole process, without the collector's slow last pass: the system frees all memory anyway."""
     try:
-        code = main()
+        code = main(began_unix_s=BEGAN_UNIX_S)
         # All output is written: an interrupt now would only disturb the interpreter's exit.
         signal.signal(signal.SIGINT, signal.SIG_IGN)
         return code
@@ -34,12 +36,12 @@ def command() -> int:
         gc.freeze()
 
 
-def main(argv: Sequence[str] | None = None) -> int:
-    """Run a command line and return its exit code."""
+def main(argv: Sequence[str] | None = None, began_unix_s: float = math.inf) -> int:
+    """Run a command line and return its exit code. `began_unix_s`: when its program began to start, where known."""
     # Set before numpy is imported: matrices are small here, and a second thread would spin on another method's core.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
-        return _run(sys.argv[1:] if argv is None else list(argv))
+        return _run(sys.argv[1:] if argv is None else list(argv), began_unix_s)
     except SeatrialError as error:
         return _complain(str(error), exit_codes.of(error), type(error).__name__)
     except ModuleNotFoundError as error:
@@ -81,7 +83,7 @@ def verb_parser(name: str) -> argparse.ArgumentParser:
     return parser
 
 
-def _run(argv: list[str]) -> int:
+def _run(argv: list[str], began_unix_s: float) -> int:
     try:
         parser = _top_parser()
         verb = parser.parse_args(argv[:1]).verb
@@ -93,6 +95,7 @@ def _run(argv: list[str]) -> int:
             hint = f"did you mean '{near[0]}'?" if near else f"the verbs are {', '.join(VERBS)}"
             raise exit_codes.UsageError(f"unknown verb '{verb}'; {hint}")
         arguments = verb_parser(verb).parse_args(argv[1:])
+        arguments.began_unix_s = began_unix_s
         from tui.files import check_places  # not for help
 
         check_places(arguments)

@@ -2,10 +2,13 @@
 
 OFF wins: a program that raises the feed-forward yields to one that orders OFF meanwhile. It would see that order only
 through the vehicle's reports, which may be the same as before. So a program that sends OFF first touches a small file
-for the system. No clocks are compared, only whether the file was touched since.
+for the system. Whether that file was touched since is what counts, by the clock of this computer only for the moments
+in which a program starts.
 """
 
+import math
 import threading
+import time
 from collections.abc import Iterable
 from contextlib import suppress
 from pathlib import Path
@@ -42,10 +45,15 @@ class OffMarks:
 
 
 class OffOrders:
-    """The OFF orders marked since this object was made."""
+    """The OFF orders marked since this object was made, or since `began_unix_s`, when its program began to start."""
 
-    def __init__(self) -> None:
-        self._before = {file.name: _touched(file) for file in state_file().parent.glob(f"{_NAME}*")}
+    def __init__(self, began_unix_s: float = math.inf) -> None:
+        began_ns, now_ns = began_unix_s * 1e9, time.time_ns()
+        marks = {file.name: _touched(file) for file in state_file().parent.glob(f"{_NAME}*")}
+        # A mark of the future was made before the clock was set back.
+        self._before = {
+            name: at_ns for name, at_ns in marks.items() if at_ns is None or not began_ns <= at_ns <= now_ns
+        }
 
     def given(self, system: int) -> bool:
         """Whether any program on this computer has ordered OFF for a system since."""

@@ -1,7 +1,9 @@
 """`ff` against the vehicle's real parameter server, in simulated time."""
 
 import json
+import os
 import threading
+import time
 
 import pytest
 from fakes.telling import telling
@@ -12,7 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
 from gcs_plugin.feedforward.off_orders import OffMarks
-from gcs_plugin.recording.state import HeardVehicle, write_holding
+from gcs_plugin.recording.state import HeardVehicle, state_file, write_holding
 from tui import cli
 
 
@@ -159,6 +161,27 @@ def test_shadow_without_a_model_says_that_it_computes_nothing(vehicle, capsys):
     assert "vehicle 1 has no parameters in force: shadow computes zero" in " ".join(
         capsys.readouterr().err.split()
     )
+    assert vehicle.server.mode == 1
+
+
+OFF = dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", 0.0, dialect.MAV_PARAM_TYPE_REAL32)
+
+
+def test_off_of_another_program_while_this_one_starts_wins_and_nothing_is_sent(vehicle, capsys):
+    began_unix_s = time.time() - 1.0
+    OffMarks().mark([OFF])
+    assert cli.main(["ff", "shadow", "--yes", "--link", "any"], began_unix_s) == exit_codes.NO
+    assert "OFF was ordered meanwhile and wins" in capsys.readouterr().out
+    assert vehicle.sets == []
+
+
+@pytest.mark.parametrize("later_s", [-1.5, 60.0], ids=["before it began", "by a clock that was set back"])
+def test_off_that_was_no_order_while_this_program_starts_does_not_stop_it(vehicle, later_s):
+    OffMarks().mark([OFF])
+    (mark,) = state_file().parent.glob("off-ordered-*")
+    marked_s = mark.stat().st_mtime
+    os.utime(mark, (marked_s + later_s,) * 2)
+    assert cli.main(["ff", "shadow", "--yes", "--link", "any"], marked_s - 1.0) == exit_codes.DONE
     assert vehicle.server.mode == 1
 
 

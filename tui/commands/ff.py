@@ -73,7 +73,7 @@ def switch_off(arguments: argparse.Namespace, link: Link, clock: Clock, opener: 
 
 def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock) -> int:
     """Switch to a mode that may move the vehicle: ask first, refuse if the vehicle can't, and give up after a time."""
-    words, orders = show.words(), OffOrders()
+    words, orders = show.words(), OffOrders(arguments.began_unix_s)
     allowed = permitted(mode, arguments, link, clock)
     if allowed is None:
         show.say(words, "nothing was sent")
