@@ -1,6 +1,7 @@
 """Find the way to a link: through the hub of a running recording that holds it, or directly if nobody does."""
 
 from collections.abc import Callable, Iterable
+from pathlib import Path
 from typing import Final
 
 import bridge.links.open
@@ -11,6 +12,7 @@ from bridge.exit_codes import UsageError
 from bridge.links.addresses import among, of_link
 from bridge.links.link import Link
 from bridge.links.reconnecting import Aside, Reconnecting, ignore_loss
+from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.peers import KnownVehicle
 from gcs_plugin.recording import state
 from gcs_plugin.recording.hub import PLACES, farewell
@@ -91,6 +93,11 @@ def recordings_now() -> list[Holding]:
     """All running recordings, first the default one that other programs go through."""
     first = holding_now()
     return [*([first] if first is not None else []), *state.held_second(_now())]
+
+
+def recorded_by(holding: Holding | None) -> list[Path]:
+    """The recordings of the dive that a recording holds so far; none without one."""
+    return [] if holding is None else DiveFolder(Path(holding.folder)).heard()
 
 
 def holder_of(spec: str) -> Holding | None:

@@ -6,8 +6,9 @@ vehicle file sends a heartbeat, it watches that one.
 
 import math
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -25,6 +26,7 @@ from gcs_plugin.peers import COMPANIONS, GONE_S, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.alarms import SHIPPED, Alarms, AlarmTrace, Settings
 from gcs_plugin.watch.channels import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
 from gcs_plugin.watch.link_rows import LinkRows
+from gcs_plugin.watch.past_gap import PastGap
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
 from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
@@ -63,6 +65,7 @@ class Watcher:
     unless it only passes by. `unix_at_zero_s` is Unix time minus the time of `feed`; without it, texts are dated by
     the vehicle's clock. `peers` are all senders heard. `settings` are those of the alarms; `accepted(system)` returns
     the parameters last uploaded, by id: the model in force as long as the vehicle itself states no others.
+    `recorded` returns the recordings of the dive so far, if it is recorded.
     """
 
     def __init__(
@@ -72,8 +75,10 @@ class Watcher:
         unix_at_zero_s: float = math.nan,
         settings: Settings = SHIPPED,
         accepted: Callable[[int], Mapping[str, float]] = lambda _: {},
+        recorded: Callable[[], Sequence[Path]] = tuple,
     ) -> None:
-        self._file, self._settings, self._accepted = vehicle, settings, accepted
+        self._file, self._settings, self._accepted, self._recorded = vehicle, settings, accepted, recorded
+        self._past_gap: PastGap | None = None
         self._vehicle = None if vehicle is None else vehicle.vehicle
         self._asked_for = system
         self._ground_unix_s = unix_at_zero_s
@@ -98,9 +103,27 @@ class Watcher:
         self._first_s = math.inf  # when the vehicle was first heard
         self._texts = StatusTexts(self._tell)
         self._active_set = ActiveSet()
-        self._live_gap = LiveGap(self._file, {} if system is None else self._accepted(system))
+        self._live_gap = self._new_gap(system)
+        self._look_back(system)
         self._alarms = Alarms(self._settings, self._file)
         self._alarm_trace = AlarmTrace()
+
+    def _new_gap(self, system: int | None) -> LiveGap:
+        return LiveGap(self._file, {} if system is None else self._accepted(system))
+
+    def _look_back(self, system: int | None) -> None:
+        """Begin to read what the dive was before it is watched."""
+        if self._past_gap is not None:
+            self._past_gap.drop()
+            self._past_gap = None
+        if system is not None and self._file is not None and (recordings := self._recorded()):
+            self._past_gap = PastGap(self._new_gap(system), system, recordings)
+
+    def _go_on_from_past(self) -> None:
+        """Once all that was is known, go on from there."""
+        if self._past_gap is not None and self._past_gap.ready:
+            self._live_gap.hand_over_to(self._past_gap.gap)
+            self._live_gap, self._past_gap = self._past_gap.gap, None
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """Take a frame; `arrived_s` never runs back."""
@@ -133,6 +156,7 @@ class Watcher:
 
     def picture(self, now_s: float) -> Picture:
         """The picture at `now_s`, on the clock of `feed`."""
+        self._go_on_from_past()
         commander = self._commander()
         beat = _SILENT_BEAT if commander is None else self._system_beats[commander]
         channels, quantities = self._channels, self._quantities

@@ -82,7 +82,14 @@ class Connection:
         )
 
     def watcher(self) -> Watcher:
-        return Watcher(self._file, settings=self._alarms, accepted=partial(accepted_values, self._receipts))
+        return Watcher(
+            self._file,
+            settings=self._alarms,
+            accepted=partial(accepted_values, self._receipts),
+            recorded=lambda: links.recorded_by(
+                links.holder_of(self._looked_at) if self._looked_at else links.holding_now()
+            ),
+        )
 
     def record(self) -> None:
         """Begin a recording where none runs. Raises LinkError."""

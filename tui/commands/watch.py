@@ -48,6 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
             clock.unix_s() - clock.boot_s(),
             settings,
             partial(accepted_values, Path(arguments.receipts)),
+            lambda: links.recorded_by(_holding(arguments.link)),
         )
         reader = LinkReader(link, watcher, clock, lambda: opener.words(arguments.link or ""))
         if arguments.once:
