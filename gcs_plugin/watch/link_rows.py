@@ -20,9 +20,11 @@ class LinkRows:
     def __init__(self, peers: Peers) -> None:
         self._peers = peers
         self._counts: deque[tuple[float, Counts]] = deque()
+        self._first_s = math.inf
 
     def tick(self, time_s: float) -> None:
         """Note the counts once a second; call it before each frame."""
+        self._first_s = min(self._first_s, time_s)
         if self._counts and time_s < self._counts[-1][0] + EVERY_S:
             return
         self._counts.append((time_s, self._now()))
@@ -59,7 +61,8 @@ class LinkRows:
         loss = lost / (received + lost) if received + lost else 0.0
         loss = loss if self._peer(source).tells_loss else math.nan
         rate_hz = received / (now_s - then_s) if now_s > then_s else 0.0
-        return LinkRow(link, *source, age_s, loss, rate_hz, age_s > LOST_S)
+        lost = min(age_s, now_s - self._first_s) > LOST_S
+        return LinkRow(link, *source, age_s, loss, rate_hz, lost)
 
     def _base(self, now_s: float) -> tuple[float, Counts]:
         """The oldest counts of the last seconds; the newest of all if the links have been silent since."""

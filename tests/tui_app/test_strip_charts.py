@@ -111,7 +111,7 @@ NO_NUMBER = {"value": np.append(traces()["u"].value[:-1], math.nan)}
         ("r", {}, "yaw r -9.0 deg/s ref -8.1"),
         ("voltage", {}, "battery 15.90 V 4.2 s ago"),
         ("current", {}, "current -- A 14 s ago"),
-        ("u", NEVER, "surge u -- m/s never"),
+        ("u", NEVER, "surge u -- m/s not yet"),
         ("u", NO_NUMBER, "surge u -- m/s ref 0.400"),
     ],
     ids=["fresh", "in degrees", "stale", "gone", "never heard", "no number"],

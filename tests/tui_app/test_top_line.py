@@ -55,6 +55,7 @@ OFF = "vehicle 1: off, as read back"
         (view(), 80, "LINK 0.4 s  loss 2 %  sys 1/1", "plain"),
         (link(age_s=12.3, lost=True), 80, " LINK LOST 12 s ", "lost"),
         (link(age_s=math.inf, lost=True), 80, " LINK LOST never heard ", "lost"),
+        (link(age_s=math.inf, lost=False), 80, "LINK, no HEARTBEAT yet", "plain"),
         (with_picture(links=()), 80, " NO LINK ", "lost"),
         (view(), 80, "REC 00:12:31  41 h left", "plain"),
         (recorded(751, math.inf), 80, "REC 00:12:31  nothing comes", "plain"),

@@ -187,11 +187,12 @@ def test_loss_and_rate_are_those_of_the_last_seconds(watcher, vehicle):
     assert row.rate_hz == pytest.approx(15, rel=0.1)
 
 
-def test_frames_without_any_heartbeat_show_as_a_lost_link(watcher, vehicle):
+def test_frames_without_any_heartbeat_show_as_a_lost_link_once_there_was_time_for_it(watcher, vehicle):
     vehicle.tells("imu", imu(), 1.0)
-    (row,) = watcher.picture(1.1).links
-    assert row.lost
-    assert row.age_s == math.inf
+    (row,) = watcher.picture(4.0).links
+    assert (row.lost, row.age_s) == (False, math.inf)
+    (row,) = watcher.picture(4.1).links
+    assert (row.lost, row.age_s) == (True, math.inf)
 
 
 @pytest.mark.parametrize(("ground_s", "zero_s"), [(math.nan, 1.8e9 - 2.0), (1.7e9, 1.7e9)])

@@ -158,9 +158,9 @@ def number(value: float, digits: int) -> str:
 
 
 def age(seconds: float) -> str:
-    """Format an age: `0.4 s`, `12 s`, `7 min`, `3 h`; `never` for infinity."""
+    """Format an age: `0.4 s`, `12 s`, `7 min`, `3 h`; `not yet` for infinity."""
     if not math.isfinite(seconds):
-        return "never"
+        return "not yet"
     if seconds < 9.95:
         return f"{max(seconds, 0.0):.1f} s"
     if seconds < 120:
@@ -169,8 +169,8 @@ def age(seconds: float) -> str:
 
 
 def ago(seconds: float) -> str:
-    """`12 s ago`, or `never`."""
-    return f"{age(seconds)} ago" if math.isfinite(seconds) else "never"
+    """`12 s ago`, or `not yet`."""
+    return f"{age(seconds)} ago" if math.isfinite(seconds) else "not yet"
 
 
 def stopwatch(seconds: float) -> str:

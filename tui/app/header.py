@@ -166,6 +166,8 @@ def _link(links: tuple[LinkRow, ...]) -> Piece:
         return Piece(8, "lost", (" NO LINK ",))
     link = links[0]
     age_s = link.age_s
+    if age_s == math.inf and not link.lost:
+        return Piece(8, "plain", ("LINK, no HEARTBEAT yet", "LINK"))
     if link.lost or age_s > STALE_S:
         seconds = f"{age_s:.0f} s" if math.isfinite(age_s) else "never heard"
         return Piece(8, "lost", (f" LINK LOST {seconds} ", " LINK LOST "))

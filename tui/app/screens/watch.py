@@ -68,7 +68,7 @@ class WatchScreen(StationScreen):
         ("●", "ok"),
         ("◐", "degraded: it comes too slowly, or says little"),
         ("▲", "bad: it says nothing that can be used"),
-        ("○", "missing: the vehicle file names it, and it was never heard; dimmed: not yet"),
+        ("○", "missing: expected and never heard; dimmed: not heard yet"),
         ("4 s ago", "older than 3 of its periods: dimmed, and dated"),
         ("--", "older than 10 of its periods, or no number"),
         ("░", "a gap in a chart; the dotted line is the reference"),
