@@ -93,7 +93,6 @@ class LiveGap:
         self._rows = {row.name: row for row in rows}
         self._values = {row.name: row.default for row in rows}
         self._values |= {name: value for name, value in held.items() if name in self._rows}
-        self._stated: dict[str, float] = {}
         self._changed_s = -math.inf
         self._armed = self._acts = False
         self._beats, self._unheard = 0, set(NEEDED)
@@ -130,15 +129,9 @@ class LiveGap:
 
     def parameter(self, name: str, value: float) -> None:
         """Take a parameter that the vehicle states."""
-        self._stated[name] = value
         if self._values.get(name, value) != value and name in self._values:
             self._values[name] = value
             self._changed_s, self._is_made = self._newest_s, False
-
-    def hand_over_to(self, other: "LiveGap") -> None:
-        """Give the parameters that this one heard to another, which goes on in its place."""
-        for name, value in self._stated.items():
-            other.parameter(name, value)
 
     def take(self, reading: Reading) -> None:
         self._unheard.discard(reading.signal)

@@ -24,6 +24,8 @@ from gcs_plugin.monitor.live import LiveGap
 PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 READING: Final = "past of the dive"
 """Name of the thread."""
+AFTER_S: Final = 3.0
+"""The first screen comes before."""
 AT_ONCE: Final = 200
 """Frames between two pauses."""
 
@@ -43,6 +45,8 @@ class PastGap:
         self._unwanted.set()
 
     def _read(self) -> None:
+        if self._unwanted.wait(AFTER_S):
+            return
         with suppress(LogError):
             for records in of_those_that_hold_frames(self._recordings, read_tlog):
                 since_s = time.monotonic()

@@ -103,6 +103,7 @@ class Watcher:
         self._first_s = math.inf  # when the vehicle was first heard
         self._texts = StatusTexts(self._tell)
         self._active_set = ActiveSet()
+        self._stated: dict[str, float] = {}
         self._live_gap = self._new_gap(system)
         self._look_back(system)
         self._alarms = Alarms(self._settings, self._file)
@@ -122,8 +123,9 @@ class Watcher:
     def _go_on_from_past(self) -> None:
         """Once all that was is known, go on from there."""
         if self._past_gap is not None and self._past_gap.ready:
-            self._live_gap.hand_over_to(self._past_gap.gap)
             self._live_gap, self._past_gap = self._past_gap.gap, None
+            for name, value in self._stated.items():
+                self._live_gap.parameter(name, value)
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:
         """Take a frame; `arrived_s` never runs back."""
@@ -244,6 +246,7 @@ class Watcher:
         message = decode(frame)
         if message is not None:
             self._active_set.hear(message.param_id, message.param_value, arrived_s)
+            self._stated[message.param_id] = message.param_value
             self._live_gap.parameter(message.param_id, message.param_value)
 
     def _is_twice(self, frame: Frame, arrived_s: float) -> bool:

@@ -15,12 +15,18 @@ from bridge.wire.framing import Encoder
 from bridge.wire.readings import encode
 from bridge.wire.tlog import TlogWriter
 from gcs_plugin.monitor.gap import LEARNT_S
+from gcs_plugin.watch import past_gap
 from gcs_plugin.watch.past_gap import READING
 from gcs_plugin.watch.watcher import Watcher
 
 WEAK_S, OPENED_S = 75.0, 100.0
 """When a thruster loses half of its thrust, and when the watch begins."""
 HELD = {BY_NAME[name].parameter_id(0): value for name, value in TRUTH.model.items()}
+
+
+@pytest.fixture(autouse=True)
+def at_once(monkeypatch):
+    monkeypatch.setattr(past_gap, "AFTER_S", 0.0)
 
 
 @pytest.fixture(scope="module")
