@@ -126,7 +126,7 @@ def test_a_system_error_of_its_own_is_not_taken_for_control_c(monkeypatch):
 
 def test_control_c_after_all_is_done_changes_nothing_any_more():
     program = (
-        "import os, signal, sys; from tui import cli; cli.main = lambda: 5; code = cli.command(); "
+        "import os, signal, sys; from tui import cli; cli.main = lambda **_: 5; code = cli.command(); "
         "os.kill(os.getpid(), signal.SIGINT); sys.exit(code)"
     )
     done = subprocess.run(

@@ -8,10 +8,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError
 from bridge.reports import ERROR, Report, line
+from bridge.wire.framing import Encoder, frame_at
 from gcs_plugin.recording.state import Holding
 from tui import cli
 from tui.app import recorder
@@ -189,9 +191,9 @@ def running(monkeypatch):
     return run
 
 
-def connection(*links, looked_at=""):
+def connection(*links, looked_at="", clock=None):
     return Connection(
-        SystemClock(), links, looked_at, "here", ("ruvifist", None), "", None, None, silent=False
+        clock or SystemClock(), links, looked_at, "here", ("ruvifist", None), "", None, None, silent=False
     )
 
 
@@ -233,6 +235,21 @@ def test_the_app_goes_by_no_link_beside_a_recording_of_another(begun, running):
     ):
         connection().connect(Choice("tcp:sub:5777", records=True))
     assert begun == []
+
+
+def test_words_are_dated_by_the_clock_on_the_top_line_whatever_the_vehicle_believes(running):
+    running(None)
+    clock = SimulatedClock(unix_at_boot_s=UNIX_S)
+    watcher = connection("tcp:sub:5777", clock=clock).watcher()
+    vehicle = Encoder(1, 1)
+    for message in (
+        mav.MAVLink_heartbeat_message(mav.MAV_TYPE_SUBMARINE, mav.MAV_AUTOPILOT_GENERIC, 0, 0, 4, 3),
+        mav.MAVLink_system_time_message(1_500_000_000_000_000, 60_000),
+        mav.MAVLink_statustext_message(2, b"Leak Detected"),
+    ):
+        watcher.feed(frame_at(raw := vehicle.encode(message), 0, len(raw)), 5.0, "tcp:sub:5777")
+    (said,) = watcher.picture(5.0).said
+    assert (said.text, said.utc_s) == ("Leak Detected", UNIX_S + 5.0)
 
 
 class FakeStation:

@@ -84,6 +84,7 @@ class Connection:
     def watcher(self) -> Watcher:
         return Watcher(
             self._file,
+            unix_at_zero_s=self._clock.unix_s() - self._clock.boot_s(),
             settings=self._alarms,
             accepted=partial(accepted_values, self._receipts),
             recorded=lambda: links.recorded_by(
