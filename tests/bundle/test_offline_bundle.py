@@ -241,7 +241,7 @@ def test_what_the_bridge_imports_is_what_it_requires():
 
 
 def test_without_the_ground_station_its_verbs_say_what_to_install(monkeypatch, capsys):
-    def run(_):
+    def run(*_):
         raise ModuleNotFoundError("No module named 'torch'", name="torch")
 
     monkeypatch.setattr("tui.cli._run", run)
