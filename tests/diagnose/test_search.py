@@ -262,19 +262,30 @@ def test_causes_are_refitted_from_the_filters_that_are_near(nominal, monkeypatch
 
 
 @pytest.mark.parametrize(
-    ("rise", "errors", "taken"), [(60.1, 5.1, True), (59.9, 5.1, False), (60.1, 4.9, False)]
+    ("nats", "errors", "rise", "saved", "taken"),
+    [
+        (8.0, 5.1, 30.1, 20.1, True),
+        (8.0, 4.9, 30.1, 20.1, False),
+        (10.1, 1.1, 30.1, 20.1, True),
+        (10.1, 0.9, 30.1, 20.1, False),
+        (10.1, 1.1, 29.9, 20.1, False),
+        (10.1, 1.1, 30.1, 19.9, False),
+        (6.9, 50.0, 90.0, 90.0, False),
+    ],
 )
-def test_a_further_cause_that_saves_too_little_is_taken_where_the_filters_are_far_likelier_with_it(
-    monkeypatch, rise, errors, taken
+def test_a_further_cause_that_saves_too_little_is_taken_if_the_filters_are_far_likelier_with_it(
+    monkeypatch, nats, errors, rise, saved, taken
 ):
-    """Masses that were fitted without it made up for the most of it."""
-    first = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
+    """Filters without it took it for a disturbance, or for other masses."""
+    first, late = Cause(COUPLED_DAMPING, np.array([1.0, -1.0])), Cause(COMMAND_DELAY, np.array([0.001]))
     monkeypatch.setattr(search, "beyond_all", lambda *_: None)
     monkeypatch.setattr(search, "FormRemainder", lambda *_: None)
     monkeypatch.setattr(search, "required_gain", lambda *_: 20.0)
-    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(8.0, errors, PUSH)])
-    settled = SimpleNamespace(now=SimpleNamespace(log_posterior=rise))
-    monkeypatch.setattr(search, "_settled", lambda *given: (settled, given[2]))
+    # A delay within the error of the stamps is no cause, and hides none behind it.
+    monkeypatch.setattr(search, "may_be_cause", lambda cause, _: cause.effect is not COMMAND_DELAY)
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(90.0, 9.0, late), (nats, errors, PUSH)])
+    settled = replace_now(saving(50.0), log_posterior=rise)
+    monkeypatch.setattr(search, "_settled", lambda *given: (settled, replace(given[2], gain=50.0 + saved)))
     monkeypatch.setattr(search, "_lasting", lambda _, weighing, __: weighing.now.log_posterior)
     weighing = replace_now(saving(8.0), log_posterior=0.0)
     fit = search._likelier_with_one_more(None, weighing, fitted([first], 50.0), (), None)

@@ -8,7 +8,13 @@ import numpy as np
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.ranking import ranked_candidates
-from identify.diagnose.causes.requirement import AMBIGUOUS_NATS, LEAST_GAIN, least_gain, required_gain
+from identify.diagnose.causes.requirement import (
+    AMBIGUOUS_NATS,
+    LEAST_GAIN,
+    LEAST_SIGMA,
+    least_gain,
+    required_gain,
+)
 from identify.diagnose.causes.seas import seas_of
 from identify.diagnose.causes.selection import MOST_CAUSES, beyond_all, improved, may_be_cause, without
 from identify.diagnose.causes.weighing import Fitted, Weighing, rows_of
@@ -18,9 +24,9 @@ from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT
 from identify.threads import both
 
-NEAR_SIGMA, FAR_LIKELIER = 5.0, 3.0
-"""Standard errors of a gain that is not by chance, and times the required nats by which the filters must rise to make
-up for a gain that is too small."""
+NEAR_SIGMA, NEAR_SHARE, FAR_LIKELIER = 5.0, 0.5, 1.5
+"""Standard errors of a gain that is not by chance, and share of the required nats, from either of which the filters are
+fitted with a cause whose gain is too small; and times the required nats by which they must rise then."""
 
 CLIMB_SHARE = 0.1
 """Share of the nats saved at fixed noise levels that a climb of the filters may end short by."""
@@ -106,29 +112,31 @@ def _likelier_with_one_more(
     refused: Collection[str],
     at: Callable[[Nominal, Sequence[Cause]], Weighing],
 ) -> tuple[Weighing, Fitted] | None:
-    """The fit with the best further cause that saves too little at fixed noise levels, if the filters, fitted with it,
-    are far likelier.
+    """The fit with the best further cause that saves too little at fixed noise levels, if the filters are far likelier
+    once they are fitted with it, and it saves enough then.
 
-    Masses that were fitted without a Munk moment make up for most of it, and leave hardly any of it to be seen.
+    The filters without a cause take it for a disturbance, or for other masses, and weigh down what would show it.
     """
     if not fit.causes or len(fit.causes) >= MOST_CAUSES:
         return None
-    near = (
-        cause
-        for gain, sigma, cause in ranked_candidates(beyond_all(weighing, fit), fit)
-        if sigma > NEAR_SIGMA and gain > least_gain(cause) and cause.effect.label not in refused
-    )
-    cause = next(near, None)
-    if cause is None:
-        return None
-    count = len(fit.causes) + 1
-    trial = weighing.fitted((*fit.causes, cause))
-    if len(trial.causes) < count or not may_be_cause(trial.causes[-1], weighing):
-        return None
-    settled, settled_fit = _settled(nominal, weighing, trial, at)
-    rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
-    least = FAR_LIKELIER * required_gain(FormRemainder(weighing, fit), cause)
-    return (settled, settled_fit) if rise > least and len(settled_fit.causes) == count else None
+    remainder = FormRemainder(weighing, fit)
+    for gain, sigma, cause in ranked_candidates(beyond_all(weighing, fit), fit):
+        required = required_gain(remainder, cause)
+        near = sigma > NEAR_SIGMA or (sigma > LEAST_SIGMA and gain > NEAR_SHARE * required)
+        if not near or gain <= least_gain(cause) or cause.effect.label in refused:
+            continue
+        trial = weighing.fitted((*fit.causes, cause))
+        if len(trial.causes) == len(fit.causes) or not may_be_cause(trial.causes[-1], weighing):
+            continue
+        settled, settled_fit = _settled(nominal, weighing, trial, at)
+        if len(settled_fit.causes) == len(fit.causes):
+            return None
+        rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
+        others = settled.fitted(settled_fit.causes[:-1])
+        least = required_gain(FormRemainder(settled, others), settled_fit.causes[-1])
+        saved = settled_fit.gain - others.gain
+        return (settled, settled_fit) if rise > FAR_LIKELIER * required and saved > least else None
+    return None
 
 
 def _refused_first(new: set[str], better: Fitted, fit: Fitted) -> set[str]:
