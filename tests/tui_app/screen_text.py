@@ -68,10 +68,13 @@ class Lacks(str):
 
 async def at_rest(app, pilot):
     """Until every verb has ended that does not wait to be let go, and what it left is shown."""
-    jobs = app.desk.jobs
-    while sum(state.runs for state in jobs._states.values()) > getattr(jobs._work, "waiting", 0):
+    jobs, shown = app.desk.jobs, None
+    # What is shown may begin the next verb.
+    while shown != jobs._states:
+        while sum(state.runs for state in jobs._states.values()) > getattr(jobs._work, "waiting", 0):
+            await pilot.pause()
         await pilot.pause()
-    for _ in range(2):
+        shown = dict(jobs._states)
         app._show()
         await pilot.pause()
     while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
