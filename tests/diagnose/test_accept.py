@@ -224,6 +224,13 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
     assert "thrust gain" not in sentence
 
 
+def test_what_the_model_before_holds_names_a_thruster_once():
+    held = (Cause(weak(3), np.array([0.8])), Cause(STEADY_CURRENT, np.array([0.0, 0.2])))
+    (sentence,) = accepted_causes((), ()).sentences(held)
+    assert sentence.startswith("The model before holds what was accepted: weak thruster 3 (gain 0.8000) and ")
+    assert "0.2" in sentence
+
+
 def test_accepted_water_is_in_force_where_the_dive_bears_it_out_and_else_told(nominal):
     course = nominal.course
     there = Cause(STEADY_CURRENT, np.array([0.08, -0.05]))
