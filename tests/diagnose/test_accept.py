@@ -379,6 +379,18 @@ def test_masses_and_dampings_that_all_rose_alike_are_a_thrust_that_fell(measured
     assert causes[0].feedforward is not None
 
 
+def test_masses_that_all_rose_by_as_much_are_water_that_weighs_so(measured_shift):
+    course = measured_shift.now.course
+    water = ENTRAINED_WATER.act(course, ENTRAINED_WATER.none() + 6.0).mass
+    earlier = accepted(measured_shift)
+    for dof in range(6):
+        before = course.mass[dof] - water[dof]
+        earlier[MASSES[dof].name] = Prior(before, RELATIVE_STD * before)
+    causes, _ = shift_words(measured_shift, earlier)
+    assert causes[0].name == "entrained_water"
+    assert causes[0].parameters["mass"].value == pytest.approx(6.0, abs=0.05)
+
+
 def test_only_what_was_accepted_is_compared(measured_shift):
     earlier = {"M_u": accepted(measured_shift, mass=1.25)["M_u"]}
     shift = shift_of(measured_shift, earlier, SHIFTED_LIBRARY)
