@@ -68,13 +68,10 @@ class Lacks(str):
 
 async def at_rest(app, pilot):
     """Until every verb has ended that does not wait to be let go, and what it left is shown."""
-    jobs, shown = app.desk.jobs, None
-    # What is shown may begin the next verb.
-    while shown != jobs._states:
-        while sum(state.runs for state in jobs._states.values()) > getattr(jobs._work, "waiting", 0):
-            await pilot.pause()
+    jobs = app.desk.jobs
+    while sum(state.runs for state in jobs._states.values()) > getattr(jobs._work, "waiting", 0):
         await pilot.pause()
-        shown = dict(jobs._states)
+    for _ in range(2):
         app._show()
         await pilot.pause()
     while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
