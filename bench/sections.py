@@ -21,7 +21,7 @@ from bench.mutants import section as mutants
 from bench.operation import flying, gap_monitor, station
 from bench.speed import bags, reading
 from bench.speed import identification as speed
-from bench.stamp import stamp
+from bench.stamp import Source, stamp
 from bench.tracking import ladder
 from bench.tracking import section as tracking
 from bench.unknown import section as unknown
@@ -59,7 +59,7 @@ class Measurement:
     """A section's page, and the code that its figures depend on (`bench.stamp`); `asked`: run only if named."""
 
     page: Callable[[Run], str]
-    sources: tuple[str, ...]
+    sources: tuple[Source, ...]
     asked: bool = False
 
     @property

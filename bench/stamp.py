@@ -2,7 +2,8 @@
 
 import ast
 import hashlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
@@ -10,12 +11,36 @@ ROOT = Path(__file__).resolve().parents[1]
 ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
 
 
+@dataclass(frozen=True)
+class Reached:
+    """The files or folders of `modules` and all files of ROOMS that they import, directly or not.
+
+    Looked for where a stamp is taken and not where the source is named: every file on the way is parsed. So an import
+    inside a function counts too. A package's own `__init__` and files of the benchmark are left out unless they are
+    given.
+    """
+
+    modules: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Of the files of other sources those whose path from the repository's root `belongs`."""
+
+    sources: tuple["Source", ...]
+    belongs: Callable[[str], bool]
+
+
+Source = str | Reached | Part
+"""A source that is a text is a pattern from the repository's root."""
+
+
 @cache
-def stamp(*sources: str) -> str:
+def stamp(*sources: Source) -> str:
     """Ten hexadecimal digits of the code in files and folders, independent of layout, comments and docstrings.
 
-    Nor does it depend on the names and folders of the files, so that code that only moves keeps its figures. A source
-    is a pattern from the repository's root; files other than Python count byte by byte.
+    Nor does it depend on the names and folders of the files, so that code that only moves keeps its figures. Files
+    other than Python count byte by byte.
     """
     texts = ((file, file.read_text(encoding="utf-8")) for file in files(*sources))
     meanings = (_meaning(text) if file.suffix == ".py" else text for file, text in texts)
@@ -23,27 +48,37 @@ def stamp(*sources: str) -> str:
     return hashlib.sha256(b"".join(digests)).hexdigest()[:10]
 
 
-def files(*sources: str) -> list[Path]:
+def files(*sources: Source) -> list[Path]:
     """All files of the sources, each once, in order."""
-    paths = [path for source in sources for path in ROOT.glob(source)]
-    return sorted({file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path])})
+    return sorted({file for source in sources for file in _of_source(source)})
+
+
+def reached(*modules: str) -> tuple[Reached]:
+    return (Reached(modules),)
+
+
+def _of_source(source: Source) -> Iterable[Path]:
+    match source:
+        case Reached():
+            return walked(source)
+        case Part():
+            return [file for file in files(*source.sources) if source.belongs(str(file.relative_to(ROOT)))]
+        case _:
+            paths = ROOT.glob(source)
+            return (file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path]))
 
 
 @cache
-def reached(*modules: str) -> tuple[str, ...]:
-    """The given files or folders and all files of ROOMS that they import, directly or not, as sources of a stamp.
-
-    Found by parsing, so that an import inside a function counts too. A package's own `__init__` and files of the
-    benchmark are left out unless they are given.
-    """
+def walked(source: Reached) -> frozenset[Path]:
+    """The files of such a source."""
     seen: set[Path] = set()
-    ahead = files(*modules)
+    ahead = files(*source.modules)
     while ahead:
         file = ahead.pop()
         if file not in seen:
             seen.add(file)
             ahead += _imported(file)
-    return tuple(sorted(str(file.relative_to(ROOT)) for file in seen))
+    return frozenset(seen)
 
 
 @cache

@@ -3,6 +3,8 @@
 import threading
 from contextlib import contextmanager
 
+from bridge import command_line
+
 
 def until(look, seconds=120.0):
     """The first true result of `look`; fails after `seconds` without one."""
@@ -13,6 +15,23 @@ def until(look, seconds=120.0):
             return result
         looking.wait(0.005)
     raise AssertionError("it did not come")
+
+
+def ended_once(monkeypatch, met):
+    """What a verb does until it is stopped ends once `met()` holds, however long this computer takes for it."""
+    until_stopped = command_line.until_stopped
+
+    def ended(work, clock, _seconds, each):
+        came = []
+
+        def look(since_s):
+            came.extend([True] if met() else [])
+            return each(since_s) or bool(came)
+
+        until_stopped(work, clock, 120.0, look)
+        assert came, "it did not come"
+
+    monkeypatch.setattr("bridge.command_line.until_stopped", ended)
 
 
 @contextmanager

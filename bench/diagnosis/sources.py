@@ -1,6 +1,6 @@
 """The code that the figures of the diagnosis depend on (`bench.stamp`)."""
 
-from bench.stamp import reached
+from bench.stamp import Part, reached
 
 ANSWERS = (
     "bench/diagnosis/plan.py",
@@ -11,12 +11,15 @@ SPEED = (*ANSWERS, *reached("bench/field/draw.py"), "bench/diagnosis/speed.py", 
 _PAGE = tuple(f"bench/diagnosis/{name}.py" for name in ("goals", "page", "tables"))
 SECTION = (*SPEED, *_PAGE)
 CARRIED = ("identify/effects/", "bridge/vehicle/")
-DECIDED = tuple(
-    source
-    for source in ANSWERS
-    if source.startswith(CARRIED)
-    or not source.startswith(("bridge/", "identify/ingest/", "identify/report/"))
-)
+
+
+def _decides(path: str) -> bool:
+    return path.startswith(CARRIED) or not path.startswith(
+        ("bridge/", "identify/ingest/", "identify/report/")
+    )
+
+
+DECIDED = (Part(ANSWERS, _decides),)
 """Code that plants an effect and names it, without the link and the files between: its values are tested separately,
 and a change there does not discard rows of the power curves, which take hours."""
 POWER = (*DECIDED, *(f"bench/diagnosis/{name}.py" for name in ("goals", "power", "tables")))

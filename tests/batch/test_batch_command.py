@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import batch_jobs
 import pytest
+import sketches
 from dask_cluster import cluster
 
 from bridge import exit_codes
@@ -45,6 +46,14 @@ def dives(tmp_path_factory):
                 unix_at_boot_s=1.79e9 + WEEK_S * number,
             )  # fmt: skip
     return root
+
+
+@pytest.fixture(scope="module", autouse=True)
+def _pages_are_sketched():
+    """Without their figures rendered; a test of the page renders some."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("identify.report.picture.inline", sketches.inline)
+        yield
 
 
 @pytest.fixture(scope="module")

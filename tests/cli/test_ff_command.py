@@ -228,7 +228,7 @@ def test_one_that_is_armed_while_the_question_stands_gets_nothing_for_a_yes(vehi
 
     def arms():
         vehicle.armed = True
-        assert heard_twice.wait(10.0)
+        assert heard_twice.wait(60.0)
 
     monkeypatch.setattr(vehicle, "say", says)
     monkeypatch.setattr("sys.stdin", Terminal("yes\n", arms))

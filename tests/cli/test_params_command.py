@@ -135,7 +135,7 @@ def test_one_that_is_armed_while_the_question_stands_gets_no_upload(vehicle, fil
     def asked():
         armed_s[0] = vehicle.clock.now_s
         vehicle.armed = True
-        assert beats.wait(10.0)
+        assert beats.wait(60.0)
 
     monkeypatch.setattr(vehicle, "read", reads)
     monkeypatch.setattr("sys.stdin", Terminal("yes\n", asked))

@@ -9,6 +9,7 @@ from fakes.processes import Running
 from fakes.recordings import raws
 from full_disk import fill
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from waiting import ended_once
 
 from bridge import exit_codes
 from bridge.links.link import memory_pair
@@ -43,9 +44,10 @@ def recording(tmp_path):
 
 @pytest.fixture
 def far_end(monkeypatch):
-    """The other end of the link that the next verb opens."""
+    """The other end of the link that the next verb opens; a recording ends with what it has sent."""
     near, far = memory_pair()
     monkeypatch.setattr("bridge.links.open.open_link", lambda _: near)
+    ended_once(monkeypatch, lambda: not near._inbox)
     return far
 
 
@@ -60,7 +62,7 @@ def test_record_keeps_every_frame_in_a_dive_folder(far_end, tmp_path, capsys):
     sent = attitudes(50)
     for raw in sent:
         far_end.write(raw)
-    line = ["record", "--link", "any", "--out", str(tmp_path), "--name", "Lake 7", "--seconds", "0.6"]
+    line = ["record", "--link", "any", "--out", str(tmp_path), "--name", "Lake 7"]
     code = cli.main([*line, "--json", "-"])
     output = json.loads(capsys.readouterr().out)
     assert code == exit_codes.DONE
@@ -83,7 +85,7 @@ def test_record_tells_of_the_conditions_before_and_takes_them_only_where_it_is_t
 ):
     new_folder(tmp_path, 0.0, "before").describe(About(conditions=Conditions(salinity=35.0)))
     far_end.write(attitudes(1)[0])
-    cli.main(["record", "--link", "any", "--out", str(tmp_path), "--seconds", "0.3", *words])
+    cli.main(["record", "--link", "any", "--out", str(tmp_path), *words])
     assert f"conditions of the dive before: salinity 35; {taken}" in capsys.readouterr().err
     assert list_folders(tmp_path)[-1].about().conditions == kept
 
@@ -93,7 +95,7 @@ def test_record_tells_what_the_vehicle_says_without_what_steers_a_terminal(far_e
     for message in status_texts("depth \x1b[2Jhold " + "is lost " * 12, 4, 1) + status_texts("x" * 50, 4, 2):
         far_end.write(encoder.encode(message))
     far_end.write(encoder.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
-    cli.main(["record", "--link", "any", "--out", str(tmp_path), "--seconds", "0.5"])
+    cli.main(["record", "--link", "any", "--out", str(tmp_path)])
     output = [line for line in capsys.readouterr().err.splitlines() if line.startswith("vehicle 7")]
     assert output == ["vehicle 7: depth [2Jhold " + "is lost " * 12, f"vehicle 7: {'x' * 50}"]
 

@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from waiting import ended_once
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -222,10 +223,14 @@ def test_a_device_that_comes_back_is_told_and_one_port_is_enough(tmp_path, monke
 
 def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkeypatch):
     near, far = memory_pair()
-    assert bridge(tmp_path, monkeypatch, "{}", seconds="0.5", link=near) == exit_codes.DONE
     framer = Framer()
-    heard = [frame for data in far._inbox for frame in framer.feed(data)]
-    assert any(frame.message_id == 0 and frame.system == 1 for frame in heard)
+
+    def beats():
+        heard = framer.feed(far.read(0.0))
+        return any(frame.message_id == 0 and frame.system == 1 for frame in heard)
+
+    ended_once(monkeypatch, beats)
+    assert bridge(tmp_path, monkeypatch, "{}", link=near) == exit_codes.DONE
 
 
 def test_a_dive_is_dated_from_when_it_was_asked_for_and_so_after_the_upload_that_it_flies_with(

@@ -224,6 +224,13 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
     assert "thrust gain" not in sentence
 
 
+def test_what_the_model_before_holds_names_a_thruster_once():
+    held = (Cause(weak(3), np.array([0.8])), Cause(STEADY_CURRENT, np.array([0.0, 0.2])))
+    (sentence,) = accepted_causes((), ()).sentences(held)
+    assert sentence.startswith("The model before holds what was accepted: weak thruster 3 (gain 0.8000) and ")
+    assert "0.2" in sentence
+
+
 def test_accepted_water_is_in_force_where_the_dive_bears_it_out_and_else_told(nominal):
     course = nominal.course
     there = Cause(STEADY_CURRENT, np.array([0.08, -0.05]))
@@ -370,6 +377,18 @@ def test_masses_and_dampings_that_all_rose_alike_are_a_thrust_that_fell(measured
     assert gain.value == pytest.approx(0.8, abs=0.02)
     assert gain.low95 < gain.value < gain.high95
     assert causes[0].feedforward is not None
+
+
+def test_masses_that_all_rose_by_as_much_are_water_that_weighs_so(measured_shift):
+    course = measured_shift.now.course
+    water = ENTRAINED_WATER.act(course, ENTRAINED_WATER.none() + 6.0).mass
+    earlier = accepted(measured_shift)
+    for dof in range(6):
+        before = course.mass[dof] - water[dof]
+        earlier[MASSES[dof].name] = Prior(before, RELATIVE_STD * before)
+    causes, _ = shift_words(measured_shift, earlier)
+    assert causes[0].name == "entrained_water"
+    assert causes[0].parameters["mass"].value == pytest.approx(6.0, abs=0.05)
 
 
 def test_only_what_was_accepted_is_compared(measured_shift):

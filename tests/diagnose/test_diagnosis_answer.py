@@ -286,6 +286,9 @@ def test_causes_beside_accepted_effects_only_show_where_they_open_no_gap():
     assert beside_accepted(causes, closing(1.0, 0.8)) == (causes, ())
     (sentence,) = shown_note(causes)
     assert "dead zone (90 %) and weak thruster" in sentence
+    assert " show, but open no gap" in sentence
+    (alone,) = shown_note(causes[:1])
+    assert "dead zone (90 %) shows, but opens no gap" in alone
     assert shown_note(()) == ()
 
 

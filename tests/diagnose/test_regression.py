@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from identify.diagnose.causes.evidence import (
 from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.innovations import autoregression_of, mean_before, value_before
 from identify.diagnose.filters.judged_axes import thinned
+from identify.diagnose.filters.nominal import _unsmoothed
 from identify.diagnose.filters.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
 from identify.diagnose.filters.regression import piece_s, regression_of
 from identify.dive import Dive, Signal
@@ -132,6 +134,25 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
     assert alone.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
     # Evidence of a size beside one that is known to MASS_OFF.
     assert both.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + 0.02**2))
+
+
+def test_a_hull_that_coasts_behind_an_autopilots_filter_is_slowed_by_the_drag_at_its_true_speed(nominal):
+    """To the first order in the filter's time: without thrust m nu_dot = -(D + X |nu|) nu."""
+    smoothing_s, mass, damping, drag = 0.01, 120.0, 30.0, 80.0
+    still = nominal.course
+    filtered = np.zeros_like(still.nu)
+    filtered[:, 0] = np.linspace(-0.8, 0.8, len(filtered))
+    slowed = np.zeros_like(filtered)
+    slowed[:, 0] = -(damping + drag * np.abs(filtered[:, 0])) * filtered[:, 0] / mass
+    course = replace(
+        still, nu=filtered, nu_dot=slowed, asked_n=np.zeros_like(still.asked_n), mass=np.full(6, mass),
+        damping=np.full(6, damping), quadratic=np.full(6, drag),
+    )  # fmt: skip
+    axis = SimpleNamespace(dof=0, smoothing_s=smoothing_s)
+    true = _unsmoothed(course, SimpleNamespace(problems=[SimpleNamespace(axis=axis)]))
+    nu = true.nu[:, 0]
+    assert nu == pytest.approx(filtered[:, 0] + smoothing_s * slowed[:, 0])
+    assert true.nu_dot[:, 0] == pytest.approx(-(damping + drag * np.abs(nu)) * nu / mass, abs=1e-4)
 
 
 def test_thrust_in_yaw_may_be_of_another_scale_and_no_other(rows):

@@ -19,6 +19,7 @@ from identify.diagnose.gap.missing import (
     beyond_refit,
     character_of,
     depends_on,
+    hull_of,
     missing_of,
     phases_of,
     power_of_drift,
@@ -281,3 +282,14 @@ def pushed(nominal) -> set[int]:
     """The degrees of freedom in which an unknown force is found, with nothing else to name."""
     weighing = weighing_of(nominal, ())
     return {shape.dof for shape in unexplained_of(weighing, weighing.fitted(())).shapes}
+
+
+def test_a_fit_flown_as_a_hull_is_disturbed_for_as_long_as_surge_sway_and_yaw_are(nominal):
+    times_s = [
+        np.exp(nominal.theta[of_axis][TIME_CONSTANT])
+        for problem, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True)
+        if problem.axis.dof in (0, 1, 5)
+    ]
+    assert len(times_s) == 3
+    assert np.ptp(times_s) > 0.01
+    assert hull_of(nominal).disturbance_time_s == pytest.approx(np.prod(times_s) ** (1 / 3))

@@ -6,8 +6,9 @@ the same.
 
 from collections import deque
 from dataclasses import dataclass, field
+from functools import lru_cache
 
-from fakes.scripting import Scripting
+from fakes.scripting import FUNCTIONS, Scripting
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
@@ -59,6 +60,14 @@ class Quirks:
     ground_timeout_s: float = 2.5
     checks_pilot: bool = True
     """Whether the pilot's silence disarms: in the simulated firmware that check is not compiled."""
+
+
+@lru_cache
+def mix(*pulses_us):
+    """The motors' pulses of those of forward, lateral and yaw: the same for many ticks, and asked for at each."""
+    inputs = [max(-1.0, min(1.0, (pulse_us - 1500) / 400)) for pulse_us in pulses_us]
+    sums = [sum(f * i for f, i in zip(row, inputs, strict=True)) for row in VECTORED]
+    return tuple(int(1500 + 400 * max(-1.0, min(1.0, s))) for s in sums)
 
 
 @dataclass
@@ -268,7 +277,7 @@ class Ardusub:
     def mixed(self):
         """The pulses of all outputs by their functions; those of no motor are off."""
         motors = dict(enumerate(self.mix(), 33))
-        return [motors.get(self.parameters[f"SERVO{n}_FUNCTION"], 0) for n in range(1, 17)]
+        return [motors.get(self.parameters[name], 0) for name in FUNCTIONS]
 
     def rc(self, channel):
         """The pulse of an input, in whole microseconds: 4 yaw, 5 forward, 6 lateral."""
@@ -276,11 +285,7 @@ class Ardusub:
         return int(1500 + 0.4 * self.gain * {4: r, 5: x, 6: y}[channel])
 
     def mix(self):
-        if not self.armed:
-            return [1500] * 6
-        inputs = [max(-1.0, min(1.0, (self.rc(channel) - 1500) / 400)) for channel in (5, 6, 4)]
-        sums = [sum(f * i for f, i in zip(row, inputs, strict=True)) for row in VECTORED]
-        return [int(1500 + 400 * max(-1.0, min(1.0, s))) for s in sums]
+        return mix(*(self.rc(channel) for channel in (5, 6, 4))) if self.armed else (1500,) * 6
 
     def stream(self, now_s):
         self.pwm = self.scripting.overridden(self.mixed())

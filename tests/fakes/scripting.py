@@ -6,7 +6,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.wire import ftp
 from bridge.wire.ftp import crc32
 
-OUTPUTS = 16
+FUNCTIONS = tuple(f"SERVO{n}_FUNCTION" for n in range(1, 17))
 FOLDER = "scripts"
 LOOP_US = 2500
 SCRIPT_TABLES = ("FF_", "FF0_")
@@ -169,9 +169,9 @@ class Scripting:
 
     def pwm(self, function):
         """The pulse of the first output with that function: what the mixer gives it."""
-        for n in range(1, OUTPUTS + 1):
-            if self.autopilot.parameters[f"SERVO{n}_FUNCTION"] == function:
-                return self.overridden(self.autopilot.mixed())[n - 1]
+        for n, name in enumerate(FUNCTIONS):
+            if self.autopilot.parameters[name] == function:
+                return self.overrides.get(n, (self.autopilot.mixed()[n],))[0]
         return None
 
     def override(self, channel, pwm, ms):

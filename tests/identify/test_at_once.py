@@ -12,6 +12,8 @@ import pytest
 
 from identify.threads import side_by_side
 
+SOON_S = 60.0
+
 
 @pytest.fixture(autouse=True)
 def two_processors(monkeypatch):
@@ -37,7 +39,7 @@ def test_after_a_failure_nothing_more_begins():
         if item == 0:
             failed.set()
             raise ValueError("the first")
-        failed.wait(5.0)
+        failed.wait(SOON_S)
         done.append(item)
 
     with pytest.raises(ValueError, match="the first"):
@@ -49,7 +51,7 @@ def test_the_first_of_two_failures_is_raised():
     begun = threading.Barrier(2)
 
     def work(item):
-        begun.wait(5.0)
+        begun.wait(SOON_S)
         raise ValueError(f"item {item}")
 
     with pytest.raises(ValueError, match="item 0"):
@@ -60,7 +62,7 @@ def test_an_interrupt_goes_before_an_error_of_an_earlier_item():
     begun = threading.Barrier(2)
 
     def work(item):
-        begun.wait(5.0)
+        begun.wait(SOON_S)
         raise KeyboardInterrupt if item else ValueError("item 0")
 
     with pytest.raises(KeyboardInterrupt):
@@ -75,13 +77,13 @@ def test_a_call_that_has_ended_keeps_none_of_its_items():
 
     def outer(_):
         # The only helper is busy with the other outer item, so no inner call finds one.
-        both_busy.wait(5.0)
+        both_busy.wait(SOON_S)
         items = [Item(), Item()]
         kept = [weakref.ref(item) for item in items]
         side_by_side(lambda item: item, items)
         del items
         gc.collect()
-        both_busy.wait(5.0)
+        both_busy.wait(SOON_S)
         return [reference() is not None for reference in kept]
 
     assert side_by_side(outer, range(2)) == [[False, False], [False, False]]
@@ -102,12 +104,12 @@ def test_a_caller_that_waits_helps_with_the_calls_within_the_last_item():
 
     def within(_):
         # Passed by two threads alone: the helper that makes this call, and the caller that waits for it.
-        both_at_work.wait(5.0)
+        both_at_work.wait(SOON_S)
         threads.add(threading.get_ident())
 
     def outer(_):
         if threading.current_thread() is threading.main_thread():
-            begun.wait(5.0)
+            begun.wait(SOON_S)
         else:
             begun.set()
             side_by_side(within, range(2))
@@ -130,7 +132,7 @@ def test_a_helper_works_under_the_floating_point_settings_of_its_caller():
     begun = threading.Barrier(2)
 
     def work(value):
-        begun.wait(5.0)
+        begun.wait(SOON_S)
         return np.square(np.float64(value))
 
     with np.errstate(over="ignore"):

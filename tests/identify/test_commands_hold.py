@@ -8,6 +8,7 @@ import pytest
 from test_judged import FILE, SECONDS, YAW, commanded, moved
 
 from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.lateness import slow_loop, with_holding_unknown, with_known_holding
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
@@ -40,6 +41,13 @@ def logged(loop_s, log_s, delay_s=0.0, noise=1e-3):
 def test_thrust_tells_a_loop_s_commands_from_samples_of_a_faster_one(loop_s, log_s, hold):
     dive = logged(loop_s, log_s)
     assert with_known_holding(dive, fitted_nominal(dive, FILE, "only")).commands_hold is hold
+
+
+def test_thrust_that_is_later_than_slow_samples_make_it_is_not_of_commands_that_hold():
+    dive = logged(0.1, 0.1)
+    now = fitted_nominal(dive, FILE, "only")
+    assert with_known_holding(dive, replace(now, late_samples_s=0.99 * MOST_LATE * 0.1)).commands_hold
+    assert with_known_holding(dive, replace(now, late_samples_s=1.01 * MOST_LATE * 0.1)) is dive
 
 
 def test_the_loop_is_known_where_pulses_and_the_controller_s_wrench_are_recorded():

@@ -187,14 +187,14 @@ def test_two_who_ask_at_the_same_time_get_one_result_of_one_piece_of_work_and_no
 
     def ask():
         held = of(made, "survey")
-        both.wait(10)
+        both.wait(60.0)
         values.append(held.value)
 
     threads = [Thread(target=ask) for _ in range(2)]
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(10)
+        thread.join(60.0)
     assert values[0] is values[1]
     assert len(asked) == 1
     first = of(made, "hovering").value

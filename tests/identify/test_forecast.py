@@ -100,6 +100,12 @@ def foresight(before, shares):
     return forecast(accepted(MENDED), fitted(), before, FILE, "hovering", shares.append)
 
 
+@pytest.fixture
+def in_one_sea(monkeypatch):
+    """A short mission is flown once, and not in three seas: for what no mean of three makes clearer."""
+    monkeypatch.setattr("identify.validation.forecast.MOST_SEAS", 1)
+
+
 def foretelling_of(foresight, dive):
     return Foretelling(
         "ruvifist", "hovering", dive.name, dive.sha256, "2026-09-21T14:13:20Z", ("weak thruster",),
@@ -219,6 +225,7 @@ def test_a_dive_before_the_diagnosed_one_and_that_one_itself_are_not_held_agains
     assert not any("thruster 1" in c.quantity for run in runs for c in run.raising.criteria)
 
 
+@pytest.mark.usefixtures("in_one_sea")
 def test_a_model_that_does_not_fly_as_the_dive_did_foretells_nothing(before):
     heavy = {**MENDED, "M_u": 200.0, "D_u": 20.0}
     foretelling = forecast(
@@ -252,6 +259,7 @@ def test_a_vehicle_that_makes_up_for_it_by_itself_is_told_and_nothing_foretold()
     assert "as if it gave 80 % of its curve already, by itself" in forecast_lines(foretelling)[0]
 
 
+@pytest.mark.usefixtures("in_one_sea")
 def test_a_dive_that_flew_with_the_accepted_gain_says_that_it_was_accepted_before():
     dive = dived(weak(0.8), MENDED, Mode.BOTH, seed=8)
     assert fed_by(dive, FILE, "hovering") == pytest.approx(MENDED, rel=2e-3)
@@ -262,6 +270,7 @@ def test_a_dive_that_flew_with_the_accepted_gain_says_that_it_was_accepted_befor
     assert any("it was accepted before" in line for line in forecast_lines(foretelling))
 
 
+@pytest.mark.usefixtures("in_one_sea")
 def test_a_gain_that_is_accepted_no_longer_is_foretold_to_be_taken_back():
     """A thruster was repaired, and still made up for in this dive."""
     dive = dived(TRUTH, MENDED, Mode.BOTH, seed=10)

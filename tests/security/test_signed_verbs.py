@@ -5,6 +5,7 @@ import json
 import pytest
 from fakes.recordings import raws
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from waiting import ended_once
 
 import bridge.onboard.ports  # noqa: F401  (before any test replaces what it imports)
 from bridge import exit_codes
@@ -42,6 +43,12 @@ def far_end(monkeypatch):
 
 
 @pytest.fixture
+def ends_with_what_was_sent(far_end, monkeypatch):
+    """The next verb that listens ends once it has read all that its other end sent."""
+    ended_once(monkeypatch, lambda: not far_end._outbox)
+
+
+@pytest.fixture
 def key_file(tmp_path):
     write_key(tmp_path / "the.key", new_key())
     return tmp_path / "the.key"
@@ -67,6 +74,7 @@ def sent_to(link):
     return frames
 
 
+@pytest.mark.usefixtures("ends_with_what_was_sent")
 def test_a_recording_of_a_signed_link_holds_unsigned_frames_and_nothing_holds_the_key(
     far_end, key_file, tmp_path, capsys
 ):
@@ -74,7 +82,7 @@ def test_a_recording_of_a_signed_link_holds_unsigned_frames_and_nothing_holds_th
     for raw in (*signed_beats(key), *plain_beats(3)):
         far_end.write(raw)
     line = ["record", "--link", "any", "--sign-key", str(key_file), "--out", str(tmp_path / "dives")]
-    code = cli.main([*line, "--heartbeat", "--seconds", "0.6", "--json", "-"])
+    code = cli.main([*line, "--heartbeat", "--json", "-"])
     said = capsys.readouterr()
     assert code == exit_codes.DONE
     (folder,) = (tmp_path / "dives").iterdir()
@@ -93,13 +101,14 @@ def test_a_recording_of_a_signed_link_holds_unsigned_frames_and_nothing_holds_th
             assert key.secret.hex().encode() not in data.lower()
 
 
+@pytest.mark.usefixtures("ends_with_what_was_sent")
 def test_a_recording_in_which_all_was_refused_blames_the_keys_and_no_cable(
     far_end, key_file, tmp_path, capsys
 ):
     for raw in plain_beats(3):
         far_end.write(raw)
     line = ["record", "--link", "any", "--sign-key", str(key_file), "--out", str(tmp_path / "dives")]
-    assert cli.main([*line, "--seconds", "0.6"]) == exit_codes.LINK
+    assert cli.main(line) == exit_codes.LINK
     said = " ".join(capsys.readouterr().err.split())
     assert (
         "all that arrived on any was refused, so no dive folder is kept; check the keys of both sides" in said
@@ -124,9 +133,10 @@ def test_a_recording_that_lets_nothing_in_says_so_within_three_seconds(
     assert reports[-1].sign_key == str(key_file)
 
 
+@pytest.mark.usefixtures("ends_with_what_was_sent")
 def test_watch_of_a_signed_link_shows_what_it_refuses(far_end, key_file, capsys):
     far_end.write(b"".join((*signed_beats(read_key(key_file)), *signed_beats(new_key(), 4))))
-    line = ["watch", "--link", "any", "--sign-key", str(key_file), "--once", "--seconds", "0.3"]
+    line = ["watch", "--link", "any", "--sign-key", str(key_file), "--once"]
     cli.main(line)
     assert "\n4 of another key refused\n" in capsys.readouterr().out
 
@@ -200,17 +210,19 @@ def test_the_recording_that_the_app_begins_gets_the_key(key_file):
     assert "--sign-key" not in app_recorder.options(["any"], "dives", "")
 
 
+@pytest.mark.usefixtures("ends_with_what_was_sent")
 def test_a_side_without_a_key_says_at_once_that_the_other_signs(far_end, tmp_path, capsys):
     sent = signed_beats(new_key())
     far_end.write(b"".join(sent))
-    cli.main(["record", "--link", "any", "--out", str(tmp_path / "dives"), "--seconds", "0.5"])
+    cli.main(["record", "--link", "any", "--out", str(tmp_path / "dives")])
     said = capsys.readouterr().err
     assert said.count("system 1 signs what it sends, and may refuse all that comes from here") == 1
 
 
+@pytest.mark.usefixtures("ends_with_what_was_sent")
 def test_two_sides_without_a_key_hear_nothing_of_signing(far_end, tmp_path, capsys):
     far_end.write(b"".join(plain_beats(300)))
-    cli.main(["record", "--link", "any", "--out", str(tmp_path / "dives"), "--seconds", "0.5"])
+    cli.main(["record", "--link", "any", "--out", str(tmp_path / "dives")])
     assert "sign" not in capsys.readouterr().err
     (folder,) = (tmp_path / "dives").iterdir()
     assert len(list(read_tlog(folder / "telemetry.tlog"))) == 300

@@ -397,7 +397,7 @@ def test_a_dive_that_ends_by_a_key_is_told_once_though_the_next_is_seen_before_t
     boat, views, seen = Boat(), FixedViews(view()), threading.Event()
     boat.recorded = Path(view().recording.folder)
     at_once = boat.desk.next_dive
-    boat.desk.next_dive = lambda: at_once() if seen.wait(10.0) else None
+    boat.desk.next_dive = lambda: at_once() if seen.wait(60.0) else None
 
     async def work(app, pilot):
         app._refresh_view()

@@ -152,7 +152,7 @@ def test_a_recording_is_begun_in_a_session_of_its_own_and_waited_for(process):
     assert begin(lambda now_s: HOLDING if now_s > 2.0 else None) == HOLDING
     assert process.detached
     assert process.command[1:] == ["-m", "tui", "record", "--link", "x"]
-    assert process.waited_for.wait(10.0), "one that is killed stays among the processes"
+    assert process.waited_for.wait(60.0), "one that is killed stays among the processes"
 
 
 def test_a_recording_that_does_not_start_says_why_and_one_that_says_nothing_is_not_waited_for_for_ever(

@@ -93,12 +93,13 @@ def feeding(device, data):
 def test_bytes_on_a_port_become_frames_dated_by_their_arrival():
     device, path = open_pty()
     craft = vehicle(fog=Device("kvh1750", port=path))
-    with bridging(craft) as (_, ground, clock), feeding(device, encode_kvh1750(np.full(20, 0.25))):
+    with bridging(craft) as (_, ground, clock):
         begun_s = clock.boot_s()
-        fog = ground.reading("fog")
-        assert fog.values[0] == pytest.approx(0.25, abs=1e-5)
-        assert begun_s - 0.2 < fog.time_s <= clock.boot_s()
-        assert ground.reading("alive").values[1:] == (12.0, 0.0)
+        with feeding(device, encode_kvh1750(np.full(20, 0.25))):
+            fog = ground.reading("fog")
+            assert fog.values[0] == pytest.approx(0.25, abs=1e-5)
+            assert begun_s - 0.2 < fog.time_s <= clock.boot_s()
+            assert ground.reading("alive").values[1:] == (12.0, 0.0)
     device.close()
 
 
