@@ -264,19 +264,22 @@ def test_causes_are_refitted_from_the_filters_that_are_near(nominal, monkeypatch
 @pytest.mark.parametrize(
     ("nats", "errors", "rise", "saved", "taken"),
     [
-        (8.0, 5.1, 30.1, 20.1, True),
-        (8.0, 4.9, 30.1, 20.1, False),
-        (10.1, 1.1, 30.1, 20.1, True),
-        (10.1, 0.9, 30.1, 20.1, False),
-        (10.1, 1.1, 29.9, 20.1, False),
-        (10.1, 1.1, 30.1, 19.9, False),
+        (8.0, 5.1, 60.1, 90.0, True),
+        (8.0, 5.1, 59.9, 90.0, False),
+        (8.0, 4.9, 60.1, 90.0, False),
+        (8.0, 5.1, 20.1, 100.1, True),
+        (10.1, 1.1, 20.1, 100.1, True),
+        (10.1, 0.9, 20.1, 100.1, False),
+        (10.1, 1.1, 19.9, 100.1, False),
+        (10.1, 1.1, 59.9, 99.9, False),
         (6.9, 50.0, 90.0, 90.0, False),
     ],
 )
 def test_a_further_cause_that_saves_too_little_is_taken_if_the_filters_are_far_likelier_with_it(
     monkeypatch, nats, errors, rise, saved, taken
 ):
-    """Filters without it took it for a disturbance, or for other masses."""
+    """Filters without it took it for other masses, or for a disturbance; the remainder of another cause's form, which
+    grows no further, is none."""
     first, late = Cause(COUPLED_DAMPING, np.array([1.0, -1.0])), Cause(COMMAND_DELAY, np.array([0.001]))
     monkeypatch.setattr(search, "beyond_all", lambda *_: None)
     monkeypatch.setattr(search, "FormRemainder", lambda *_: None)

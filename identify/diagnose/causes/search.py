@@ -24,9 +24,14 @@ from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT
 from identify.threads import both
 
-NEAR_SIGMA, NEAR_SHARE, FAR_LIKELIER = 5.0, 0.5, 1.5
+NEAR_SIGMA, NEAR_SHARE = 5.0, 0.5
 """Standard errors of a gain that is not by chance, and share of the required nats, from either of which the filters are
-fitted with a cause whose gain is too small; and times the required nats by which they must rise then."""
+fitted with a cause whose gain is too small."""
+
+FAR_LIKELIER, FAR_MORE = 3.0, 5.0
+"""Times the required nats by which the filters must rise with it, or which it must save at the noise levels fitted with
+it. The remainder of another cause's form stays as large as it was at these; a cause that was taken for a disturbance
+grows."""
 
 CLIMB_SHARE = 0.1
 """Share of the nats saved at fixed noise levels that a climb of the filters may end short by."""
@@ -113,7 +118,7 @@ def _likelier_with_one_more(
     at: Callable[[Nominal, Sequence[Cause]], Weighing],
 ) -> tuple[Weighing, Fitted] | None:
     """The fit with the best further cause that saves too little at fixed noise levels, if the filters are far likelier
-    once they are fitted with it, and it saves enough then.
+    once they are fitted with it, or likelier, and it saves far more then.
 
     The filters without a cause take it for a disturbance, or for other masses, and weigh down what would show it.
     """
@@ -134,8 +139,8 @@ def _likelier_with_one_more(
         rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
         others = settled.fitted(settled_fit.causes[:-1])
         least = required_gain(FormRemainder(settled, others), settled_fit.causes[-1])
-        saved = settled_fit.gain - others.gain
-        return (settled, settled_fit) if rise > FAR_LIKELIER * required and saved > least else None
+        grows = settled_fit.gain - others.gain > FAR_MORE * least
+        return (settled, settled_fit) if rise > (1.0 if grows else FAR_LIKELIER) * required else None
     return None
 
 
