@@ -15,11 +15,17 @@ class Bell:
     limit would ring without end.
 
     `played` is the sound that plays, or played last. Raises ConfigError if the sound's program is not on this computer.
+    The terminal's bell rings in place of a sound that can't be started.
     """
 
     def __init__(self, settings: Settings, bell: Callable[[], object]) -> None:
-        self._bell = bell if settings.bell else _silence
-        self._sound = shlex.split(settings.sound)
+        self._bell, self._without_sound = bell if settings.bell else _silence, bell
+        try:
+            self._sound = shlex.split(settings.sound)
+        except ValueError:
+            raise ConfigError(
+                f"alarms: sound: a quote in {settings.sound} is not closed; close it, or leave it out"
+            ) from None
         if self._sound and shutil.which(self._sound[0]) is None:
             raise ConfigError(f"alarms: sound: no program '{self._sound[0]}' is here; give another, or none")
         self.played: subprocess.Popen[bytes] | None = None
@@ -33,14 +39,20 @@ class Bell:
         if new:
             self._bell()
             if self._sound:
-                self.played = subprocess.Popen(
-                    self._sound,
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.DEVNULL,
-                    start_new_session=True,
-                )
+                self._play()
         return new
+
+    def _play(self) -> None:
+        try:
+            self.played = subprocess.Popen(
+                self._sound,
+                stdin=subprocess.DEVNULL,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
+            )
+        except OSError:
+            self._without_sound()
 
 
 def _silence() -> None:

@@ -15,7 +15,7 @@ from bridge.vehicle.forecast import TWICE, Credit
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, coefficient_of, part_of_set, value_text
+from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, Verdict, coefficient_of, part_of_set, value_text
 from gcs_plugin.params.sidecar import Interval
 
 Z95: Final = 1.96
@@ -79,6 +79,17 @@ def implausible(
         if reason := next(filter(None, reasons), ""):
             objections[row.name] = reason
     return objections
+
+
+def acts_twice(plan: Plan, credits: Collection[Credit], gains: Mapping[str, float]) -> dict[str, str]:
+    """Of the accepted gains that the vehicle holds already, as a plan wants them, the reasons against those that act on
+    top of its own, by id. `credits` and `gains` as for `implausible`."""
+    held = {
+        row.name: _against_twice(row, credits, gains, plan.present)
+        for row in plan.rows
+        if row.verdict is Verdict.SAME and row.target not in (0.0, 1.0)
+    }
+    return {name: why for name, why in held.items() if why}
 
 
 def _against_twice(

@@ -4,7 +4,7 @@ Once agreed to, it becomes an order, and its receipt is settled here too.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
 
@@ -31,7 +31,7 @@ from gcs_plugin.params.plan import (
     staging_notes,
     taken_back,
 )
-from gcs_plugin.params.plausible import implausible
+from gcs_plugin.params.plausible import acts_twice, implausible
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
 from gcs_plugin.params.sidecar import sidecar_path
@@ -48,7 +48,8 @@ class Proposal:
     """A plan, line by line compared with the values last accepted.
 
     `back` are the effects that it takes back, `left` sentences about the vehicle's staged set and an unfinished
-    upload; `restores` is the file that a roll back goes back to, "" for an upload.
+    upload; `restores` is the file that a roll back goes back to, "" for an upload. `twice` are reasons against gains
+    that the vehicle holds already and that act on top of its own, by id.
     """
 
     file: Path
@@ -58,6 +59,7 @@ class Proposal:
     back: tuple[str, ...] = ()
     left: tuple[str, ...] = ()
     restores: str = ""
+    twice: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -72,7 +74,12 @@ class Proposal:
         if self.back:
             names = ", ".join(self.back)
             back = (f"note: effects accepted before are no part of this model and are taken back: {names}",)
-        return (*self.left, *unchecked, *self.wanted.notes, *self.wanted.warnings, *back)
+        twice = (
+            f"warning: the vehicle holds {name}: {why}; take it back (seatrial params rollback), or that gain out of "
+            "the vehicle's own file"
+            for name, why in self.twice.items()
+        )
+        return (*self.left, *unchecked, *self.wanted.notes, *self.wanted.warnings, *twice, *back)
 
     @property
     def whole(self) -> bool:
@@ -158,8 +165,9 @@ def propose_upload(
     credits = () if wanted.sidecar is None else wanted.sidecar.credits
     doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept, credits, wanted.gains)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
-    lines = compared(plan, wanted.sidecar, accepted)
-    return Proposal(file, wanted, plan, lines, tuple(back), left_behind(receipts, system, present, file))
+    lines, left = compared(plan, wanted.sidecar, accepted), left_behind(receipts, system, present, file)
+    twice = acts_twice(plan, credits, wanted.gains)
+    return Proposal(file, wanted, plan, lines, tuple(back), left, twice=twice)
 
 
 def propose_rollback(

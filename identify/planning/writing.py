@@ -107,8 +107,8 @@ def legend(proposal: Proposal, knowledge: Knowledge) -> tuple[str, ...]:
 
 
 def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> str:
-    """YAML of a mission, with the crew's instructions as comments; `command` dives it in simulation."""
-    lines = [f"{TITLE} {title}", f"# Dive it in simulation: {command}", "#"]
+    """YAML of a mission, with the crew's instructions as comments; `command` dives it in simulation, "" for none."""
+    lines = [f"{TITLE} {title}", *([f"# Dive it in simulation: {command}"] if command else []), "#"]
     lines += [f"# {line}" for sentence in ADVICE for line in _broken(sentence)]
     lines += ["name: plan", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
     pause = "  " + Leg(REST_S, "rest", "rest").yaml_line()

@@ -19,6 +19,7 @@ from identify.ingest.open import read_dive
 from identify.report.page import Report
 from tui import cli
 from tui.app.jobs import work
+from tui.commands import validate
 
 CASE = draw_case(300_001, kind="none", seconds=30.0)
 EACH = ("a.json", "okp.param", "okp.html")
@@ -95,6 +96,20 @@ def test_validate_shows_its_errors_and_writes_its_page(dive, full, tmp_path, cap
     assert page.exists()
 
 
+def test_validate_writes_its_files_though_the_reader_of_the_tables_leaves_at_their_first_line(
+    dive, tmp_path, monkeypatch
+):
+    def left(*_words):
+        raise BrokenPipeError
+
+    monkeypatch.setattr("tui.show.put", left)
+    places = ("--json", str(tmp_path / "v.json"), "--report", str(tmp_path / "page.html"))
+    line = (str(dive), "--vehicle", f"{dive.with_name('vehicle.yaml')}:{CASE.configuration}", *places)
+    with pytest.raises(BrokenPipeError):
+        validate.run(cli.verb_parser("validate").parse_args(line))
+    assert {path.name for path in tmp_path.iterdir()} >= {"v.json", "page.html"}
+
+
 def test_plan_shows_what_to_dive_and_names_no_mission_that_is_not_there(full, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr("identify.planning.propose.PERIODS_S", (4.0,))
     words = ("--vehicle", "ruvifist:hovering", "--axes", "yaw", "--minutes", "1")
@@ -102,7 +117,7 @@ def test_plan_shows_what_to_dive_and_names_no_mission_that_is_not_there(full, tm
     assert cli.main(["plan", *words, *map(str, places)]) == exit_codes.BAD_INPUT
     output = capsys.readouterr()
     assert "yaw: square wave" in output.out
-    assert "mission: " not in output.out
+    assert "by hand: " not in output.out
     assert "plan.yaml: can't be written (No space left on device)" in output.err
     assert json.loads((tmp_path / "plan.json").read_text("utf-8"))["mission"] is None
 

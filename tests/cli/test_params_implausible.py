@@ -1,5 +1,6 @@
 """`params` stops at values that are out of bounds or implausible, and takes the latter by name alone."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import params_line
@@ -214,6 +215,22 @@ def test_a_gain_that_would_act_beside_the_vehicle_s_own_is_refused_and_taken_by_
         assert vehicle.server.value("FF1_T1_GAIN") == held
         line = (*line, "--accept-implausible", "FF1_T1_GAIN")
     assert run(*line) == exit_codes.DONE
+    assert vehicle.server.active(1)["T1_gain"] == pytest.approx(0.8)
+
+
+@pytest.mark.parametrize("by_itself", [True, False])
+def test_a_gain_that_the_vehicle_holds_and_makes_up_for_by_itself_too_is_named_with_the_way_out(
+    vehicle, tmp_path, capsys, by_itself
+):
+    credit = BY_ITSELF if by_itself else replace(BY_ITSELF, allocated=1.0)
+    line = ("upload", weak(tmp_path / "weak.param", credit), "--yes")
+    assert run(*line, "--accept-implausible", "FF1_T1_GAIN") == exit_codes.DONE
+    capsys.readouterr()
+    assert run(*line) == exit_codes.DONE
+    said = " ".join(capsys.readouterr().out.split())
+    assert "nothing to do" in said
+    warning = "warning: the vehicle holds FF1_T1_GAIN: thruster 1 is made up for already: the vehicle's own"
+    assert (warning in said) == by_itself
     assert vehicle.server.active(1)["T1_gain"] == pytest.approx(0.8)
 
 

@@ -174,6 +174,11 @@ def test_there_are_commands_and_links_to_check():
     assert "](docs/" in (TREE / "README.md").read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("page", [page for page in PAGES if page.startswith("docs/howto/")])
+def test_the_readme_names_each_page_that_says_how_to_do_something(page):
+    assert f"]({page})" in (TREE / "README.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("line", [line for line in LINES if line.startswith("seatrial ")])
 def test_each_seatrial_line_is_taken_by_its_verb(line):
     verb, *options = shlex.split(line)[1:]

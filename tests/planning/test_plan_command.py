@@ -65,6 +65,15 @@ def test_it_shows_the_plan_and_the_intervals_and_writes_what_simulate_dives(here
     assert data["manoeuvres"][0]["instruction"] in (here / "plan.yaml").read_text()
 
 
+def test_a_vehicle_without_sensors_is_sent_to_no_simulation_but_to_the_instructions_in_the_file(here, capsys):
+    assert main(["plan", "--vehicle", "bluerov2:standard", *QUICK]) == 0
+    shown = capsys.readouterr().out
+    assert shown.splitlines()[-1] == "mission, with how to dive it by hand: plan.yaml"
+    written = (here / "plan.yaml").read_text(encoding="utf-8")
+    assert "simulat" not in written
+    assert "By hand: " in written
+
+
 def test_it_starts_from_an_identification(here, capsys):
     source = identified(here / "hovering.json", 0.001)
     assert main(["plan", "--vehicle", "ruvifist", "--after", str(source), "--json", "-", *QUICK]) == 0

@@ -521,6 +521,21 @@ def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_fin
     assert (again.accepts, again.uploaded, again.verdict) == (False, True, "no_gap")
 
 
+@pytest.mark.parametrize(("sent", "uploaded"), [(13.0, True), (12.5, False)])
+def test_a_diagnosed_model_of_which_a_cause_was_left_out_is_uploaded_once_all_else_of_it_is_sent(
+    place, monkeypatch, sent, uploaded
+):
+    dive = place.dives / "2026-11-21T0800Z-first"
+    place.dive(dive.name, M_u=0.01)
+    place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
+    write_parameters(dive / "diagnosed.param", {"FF0_M_U": 13.0, "FF0_T1_GAIN": 0.8}, ("diagnosed",), 1, 1)
+    place.stamp(dive / "diagnosed.param")
+    monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda *_: {"FF0_M_U": Accepted(sent)})
+    assert place.situation().uploaded is False
+    place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
+    assert place.situation().uploaded is uploaded
+
+
 def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_what_was_taken_back(
     place, monkeypatch
 ):

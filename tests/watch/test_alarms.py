@@ -185,8 +185,21 @@ def test_a_sound_is_a_program_of_this_computer(tmp_path):
     assert bell.played.wait(60.0) == 0
     assert sounded.exists()
     assert started == []
-    with pytest.raises(ConfigError, match="no program 'no-such-player'"):
-        Bell(Settings(sound="no-such-player loud"), print)
+    for sound, words in (
+        ("no-such-player loud", "no program 'no-such-player'"),
+        ("sh 'loud", "is not closed"),
+    ):
+        with pytest.raises(ConfigError, match=words):
+            Bell(Settings(sound=sound), print)
+
+
+def test_the_bell_rings_in_place_of_a_sound_that_cannot_be_started(tmp_path):
+    program, rung = tmp_path / "sound", []
+    program.write_text("a script that names no interpreter\n")
+    program.chmod(0o755)
+    bell = Bell(Settings(bell=False, sound=str(program)), lambda: rung.append("bell"))
+    assert bell.hear((LINK,), 0.0) == (LINK,)
+    assert rung == ["bell"]
 
 
 def test_an_alarm_leaves_its_words_and_how_long_it_lasted_and_one_that_comes_back_at_once_goes_on():

@@ -174,16 +174,24 @@ def _read_known(
 
 def _uploaded_ns(receipts: Path, values: Path, known: Mapping[str, AcceptedValue]) -> int:
     """When these values, or others of theirs since they were written, were accepted, by the file's time, ns; 0 if they
-    were not."""
+    were not. Where the crew left out what no vehicle ever accepted, the values that it sent are what counts."""
     try:
         wanted = read_parameters(values)
     except ParamError:
         return 0
-    if not wanted or not known.keys() >= wanted.keys():
+
+    def is_same(name: str) -> bool:
+        return math.isclose(known[name].value, wanted[name], rel_tol=SAME)
+
+    accepted = wanted.keys() & known.keys()
+    if not accepted:
         return 0
-    newest_ns = written_ns(receipts / f"{max(known[name].time for name in wanted)}{ACCEPTED}")
-    same = all(math.isclose(known[name].value, value, rel_tol=SAME) for name, value in wanted.items())
-    return newest_ns if same or newest_ns > written_ns(values) else 0
+    newest = max(known[name].time for name in accepted)
+    newest_ns = written_ns(receipts / f"{newest}{ACCEPTED}")
+    if accepted == wanted.keys():
+        return newest_ns if newest_ns > written_ns(values) or all(map(is_same, wanted)) else 0
+    sent = [name for name in accepted if known[name].time == newest]
+    return newest_ns if newest_ns > written_ns(values) and all(map(is_same, sent)) else 0
 
 
 def _accepted_ns(receipts: Path, known: Mapping[str, AcceptedValue]) -> int:

@@ -48,7 +48,11 @@ def run(arguments: argparse.Namespace) -> int:
     proposal, knowledge, configuration = planned.proposal, tank.knowledge, tank.configuration_name
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
     name = arguments.vehicle.removesuffix(f":{configuration}")
-    command = f"seatrial simulate --vehicle {name}:{configuration} --mission {arguments.out}"
+    # A vehicle without sensors dives in no simulation.
+    simulated = file.vehicle.sensors.present()
+    command = (
+        f"seatrial simulate --vehicle {name}:{configuration} --mission {arguments.out}" if simulated else ""
+    )
     text = mission_text(proposal, title, command, tank)
     with Files() as files:
         kept = files.text(Path(arguments.out), text)
@@ -62,7 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
         show.say(console, *(f"note: {sentence}" for sentence in remarks[len(marked) :]))
         if kept:
-            show.say(console, f"mission: {arguments.out}; dive it in simulation: {command}")
+            simulation = f"; dive it in simulation: {command}" if command else ""
+            show.say(console, f"mission, with how to dive it by hand: {arguments.out}{simulation}")
         mission = arguments.out if kept else None
         files.json(
             {**planned.to_json(), "after": arguments.after, "mission": mission, "notes": list(remarks)},

@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from rich.console import Console
+
 from bridge import exit_codes
 from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import DOFS
@@ -45,6 +47,29 @@ def run(arguments: argparse.Namespace) -> int:
     foretold = foretellings(arguments.foretold, receipts, file)
     done = validate(dives, file, foretold, partial(send_first, receipts, file))
     console = show.results(arguments.json)
+    with Files() as files:
+        files.json(done.to_json(), arguments.json)
+        # The page comes last because drawing takes long. It is written even if the reader of the tables has left.
+        try:
+            tell(console, done)
+        finally:
+            files.publish(arguments, lambda: page_of(done), [run.dive for run in done.runs], file)
+        for run in done.runs:
+            # The errors cover only the data that these notes leave.
+            for note in run.dive.notes:
+                if run.dive.frozen or getattr(note, "kind", None) in (Kind.LACKING, Kind.UNHEARD):
+                    show.say(console, f"note: {run.label}: {note}")
+        for run in done.runs:
+            if run.raising is not None:
+                show.say(console, *criteria_lines(run.label, run.raising))
+        show.say(console, *files.written)
+        nothing = [run.dive for run in done.runs if not run.compared]
+        show.say(show.words(), *(f"{dive.name}: {_why_nothing(dive)}" for dive in nothing))
+    return files.code(exit_codes.NO if nothing else exit_codes.DONE)
+
+
+def tell(console: Console, done: Validation) -> None:
+    """Print which mode errs least, go or no-go of each dive, and the tables."""
     errors = {run.label: run.errors for run in done.runs}
     if any(run.compared for run in done.runs):
         show.say(console, verdict(errors))
@@ -64,21 +89,6 @@ def run(arguments: argparse.Namespace) -> int:
         if any(axis.speeds for tracking in errors.values() for axis in tracking.axes):
             show.put(console, speed_table(errors))
         show.put(console, _lags(errors))
-    with Files() as files:
-        files.json(done.to_json(), arguments.json)
-        files.publish(arguments, lambda: page_of(done), [run.dive for run in done.runs], file)
-        for run in done.runs:
-            # The errors cover only the data that these notes leave.
-            for note in run.dive.notes:
-                if run.dive.frozen or getattr(note, "kind", None) in (Kind.LACKING, Kind.UNHEARD):
-                    show.say(console, f"note: {run.label}: {note}")
-        for run in done.runs:
-            if run.raising is not None:
-                show.say(console, *criteria_lines(run.label, run.raising))
-        show.say(console, *files.written)
-        nothing = [run.dive for run in done.runs if not run.compared]
-        show.say(show.words(), *(f"{dive.name}: {_why_nothing(dive)}" for dive in nothing))
-    return files.code(exit_codes.NO if nothing else exit_codes.DONE)
 
 
 def foretellings(given: str | None, receipts: Path, file: VehicleFile) -> Foretellings:
