@@ -18,7 +18,13 @@ from identify.diagnose.causes.evidence import (
     products_of,
 )
 from identify.diagnose.causes.weighing import weighing_of
-from identify.diagnose.filters.innovations import autoregression_of, mean_before, value_before
+from identify.diagnose.filters.innovations import (
+    autoregression_of,
+    early_half,
+    mean_before,
+    means_before,
+    value_before,
+)
 from identify.diagnose.filters.judged_axes import thinned
 from identify.diagnose.filters.nominal import _unsmoothed
 from identify.diagnose.filters.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
@@ -50,6 +56,44 @@ def test_a_force_that_the_filter_knows_takes_out_of_its_innovations_what_its_col
     )
     change = innovations(pushed, axis.theta) - innovations(axis.problem, axis.theta)
     np.testing.assert_allclose(-change / axis.std, axis.by_force(force[:, None])[:, 0], atol=1e-9)
+
+
+def test_a_force_of_two_halves_takes_out_of_the_innovations_what_its_column_says(rows):
+    for axis in rows.axes:
+        time_s = axis.problem.axis.time_s
+        halves = np.column_stack([np.sin(0.7 * time_s), np.cos(0.9 * time_s)])
+        pushed = replace(
+            axis.problem, axis=replace(axis.problem.axis, force=axis.problem.axis.force + halves)
+        )
+        change = innovations(pushed, axis.theta) - innovations(axis.problem, axis.theta)
+        column = axis.by_force(halves.mean(axis=1)[:, None], halves[:, :1])[:, 0]
+        np.testing.assert_allclose(-change / axis.std, column, atol=1e-9)
+
+
+def test_the_halves_of_a_force_that_goes_straight_turn_a_body_as_far_as_it_does():
+    time_s, ends = np.arange(0.0, 2.0, 0.02), np.array([0.5, 0.777, 1.31])
+    starts = ends - np.array([0.05, 0.1, 0.0])
+    values = np.column_stack([3.0 - 2.0 * time_s, 1.0 + 5.0 * time_s])
+    means = means_before(time_s, values, starts, ends)
+    early = early_half(means, time_s, values, starts, ends)
+    span_s = (ends - starts)[:, None]
+    at_start = np.array([3.0, 1.0]) + np.array([-2.0, 5.0]) * starts[:, None]
+    # Integrated twice from rest: of a straight force, and of one held over each half.
+    straight = at_start * span_s**2 / 2 + np.array([-2.0, 5.0]) * span_s**3 / 6
+    np.testing.assert_allclose(span_s**2 / 8 * (3.0 * early + (2.0 * means - early)), straight, atol=1e-12)
+
+
+def test_the_thrust_of_all_thrusters_along_a_course_answers_as_the_thrust_that_the_filters_know(
+    rows, nominal
+):
+    """Held over all of a step it turns the hull by another angle, and a fibre-optic gyro reads that: beside a weak
+    thruster the centre of mass was off."""
+    (yaw,) = (axis for axis in rows.axes if axis.problem.axis.dof == 5)
+    force, course = yaw.problem.axis.force, nominal.course
+    means = force.mean(axis=1)[:, None]
+    exact, held = (yaw.prewhitened(yaw.by_force(means, early)) for early in (force[:, :1], means))
+    along = yaw.by_course(course, [course.wrench_of(course.thrust_n)[:, 5]])
+    assert np.std(along - exact) < 0.25 * np.std(held - exact)
 
 
 def test_readings_that_are_off_add_to_the_innovations_what_their_column_says(rows):
@@ -161,8 +205,9 @@ def test_thrust_in_yaw_may_be_of_another_scale_and_no_other(rows):
     column = scaled.nuisance.dense()[:, -1]
     assert scaled.nuisance.width == rows.nuisance.width + 1
     assert not column[rows.dof != 5].any()
-    force = yaw.problem.axis.force.mean(axis=1)[:, None]
-    np.testing.assert_allclose(column[rows.dof == 5], yaw.prewhitened(yaw.by_force(force))[:, 0])
+    force = yaw.problem.axis.force
+    by_force = yaw.by_force(force.mean(axis=1)[:, None], force[:, :1])
+    np.testing.assert_allclose(column[rows.dof == 5], yaw.prewhitened(by_force)[:, 0])
 
 
 def test_a_mean_up_to_a_time_is_the_same_whatever_comes_after_and_exact_for_straight_lines():

@@ -150,21 +150,24 @@ class AxisInnovations:
     def read(self) -> NDArray[np.bool_]:
         return np.isfinite(self.problem.reading)
 
-    def by_force(self, force: Array) -> Array:
-        """Normalised innovations (rows, k) in response to forces (n, k) unknown to the filter."""
-        return self._answer(force, np.zeros((0, force.shape[1])))
+    def by_force(self, force: Array, early: Array | None = None) -> Array:
+        """Normalised innovations (rows, k) in response to forces unknown to the filter: their means (n, k) over each
+        step, and over its first half, the same unless given."""
+        return self._answer(force, force if early is None else early, np.zeros((0, force.shape[1])))
 
     def by_reading(self, off: Array) -> Array:
         """Normalised innovations (rows, k) in response to reading errors `off` (n, k)."""
-        return self._answer(np.zeros((0, off.shape[1])), off)
+        none = np.zeros((0, off.shape[1]))
+        return self._answer(none, none, off)
 
-    def _answer(self, force: Array, off: Array) -> Array:
+    def _answer(self, force: Array, early: Array, off: Array) -> Array:
         axis = self.problem.axis
         return np.asarray(
             responses(
                 self.table,
                 self.problem.step,
                 np.ascontiguousarray(force),
+                np.ascontiguousarray(early),
                 off,
                 self.read,
                 axis.state_read,
@@ -193,15 +196,16 @@ class AxisInnovations:
     def by_course(self, course: Course, forces: Sequence[Array], room: int = 0) -> Array:
         """Prewhitened innovations (rows, k) in response to k forces (t,) along a course, as an autopilot's own filter
         shows them; with room for further columns."""
-        time_s = self.problem.axis.time_s
-        before = self.problem.axis.before_s
+        axis = self.problem.axis
+        turned = bool(np.any(axis.state_read == INCREMENT))
         out = np.empty((len(self.std), len(forces) + room))
         for first in range(0, len(forces), TOGETHER):
             some = slice(first, first + TOGETHER)
             columns = _as_columns(np.array(forces[some]))
-            smooth = behind_filter(columns, course.step_s, self.problem.axis.smoothing_s)
-            means = means_before(course.time_s, smooth, before, time_s)
-            out[:, first : first + means.shape[1]] = self.prewhitened(self.by_force(means))
+            smooth = behind_filter(columns, course.step_s, axis.smoothing_s)
+            means = means_before(course.time_s, smooth, axis.before_s, axis.time_s)
+            early = early_half(means, course.time_s, smooth, axis.before_s, axis.time_s) if turned else None
+            out[:, first : first + means.shape[1]] = self.prewhitened(self.by_force(means, early))
         return out
 
     def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
@@ -271,6 +275,17 @@ def means_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> 
     step_s = float(time_s[1] - time_s[0])
     values = np.ascontiguousarray(values, dtype=np.float64)
     return np.asarray(_mean_of_each(float(time_s[0]), step_s, values, start_s, end_s))
+
+
+def early_half(means: Array, time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
+    """Forces (m, k) held over the first half of intervals that turn a body as far by their end as values (n, k) do; in
+    the second half is what they lack of the means (m, k).
+
+    A gyro's increment shows how far it turned, and is too precise for a force held over all of the interval. Exact for
+    forces that go straight from start to end.
+    """
+    first = means_before(time_s, values, start_s, 0.5 * (start_s + end_s))
+    return np.asarray(means + (4.0 / 3.0) * (first - means) * (end_s > start_s)[:, None])
 
 
 def value_before(time_s: Array, values: Array, at_s: Array) -> Array:

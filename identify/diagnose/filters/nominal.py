@@ -26,7 +26,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.checks.actuation.controller import unrecorded
 from identify.checks.actuation.thrust_response import mirrored, swapped
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.filters.innovations import mean_before, reading_error
+from identify.diagnose.filters.innovations import early_half, mean_before, means_before, reading_error
 from identify.diagnose.filters.judged_axes import axes_of, without_quick
 from identify.diagnose.filters.predicted import by_present_thrust, course_of, predicted
 from identify.diagnose.filters.regression import steady_trims
@@ -347,8 +347,10 @@ def _without_acts(
             # The filter itself brakes: a velocity computed beforehand would be off.
             quadratic += float(act.quadratic[axis.dof])
         elif act.wrench is not None:
-            delayed_force = behind_filter(act.wrench[:, [axis.dof]], course.step_s, axis.smoothing_s)[:, 0]
-            force += mean_before(course.time_s, delayed_force, before, axis.time_s)[:, None]
+            delayed_force = behind_filter(act.wrench[:, [axis.dof]], course.step_s, axis.smoothing_s)
+            means = means_before(course.time_s, delayed_force, before, axis.time_s)
+            early = early_half(means, course.time_s, delayed_force, before, axis.time_s)
+            force += np.column_stack([early, 2.0 * means - early])
         off = reading_error(problem, act, course)
         if off is not None:
             reading -= off

@@ -112,7 +112,8 @@ class Regression:
         scaled, first = self, self.nuisance.width
         for k, axis in enumerate(self.axes):
             if axis.problem.axis.dof == YAW:
-                column = axis.prewhitened(axis.by_force(axis.problem.axis.force.mean(axis=1)[:, None]))
+                force = axis.problem.axis.force
+                column = axis.prewhitened(axis.by_force(force.mean(axis=1)[:, None], force[:, :1]))
                 scaled = scaled._with_nuisances(_of_axis_alone(self.axes, k, column), SCALE_SPREAD)
         return replace(scaled, scales=tuple(range(first, scaled.nuisance.width)))
 

@@ -211,6 +211,7 @@ def responses(
     table: Array,
     step: NDArray[np.int64],
     force: Array,
+    early: Array,
     off: Array,
     read: NDArray[np.bool_],
     state_read: NDArray[np.int64],
@@ -220,8 +221,9 @@ def responses(
 ) -> Array:
     """Innovations (rows, k) over `std` (rows,) of a filter with given gains (n, 4), in response to unknown inputs.
 
-    force, off: forces and reading errors, (n, k) each, or (0, k) for none; coloured: as in `innovations`. x is the
-    vehicle's state less the filter's. Columns are computed together for vectorisation.
+    force, early, off: forces over each step and over its first half, and reading errors, (n, k) each, or (0, k) for
+    none; coloured: as in `innovations`. x is the vehicle's state less the filter's. Columns are computed together for
+    vectorisation.
     """
     count = force.shape[1]
     pushed, wrong = len(force) > 0, len(off) > 0
@@ -240,10 +242,10 @@ def responses(
                 x2[c] = t6 * d + t23 * s
                 x3[c] = t32 * d + t33 * s
             if pushed:
-                to_nu, to_x = t[7] + t[9], t[8] + t[10]
+                first_nu, first_x, to_nu, to_x = t[7] - t[9], t[8] - t[10], 2.0 * t[9], 2.0 * t[10]
                 for c in range(count):
-                    x0[c] += to_nu * force[i, c]
-                    x1[c] += to_x * force[i, c]
+                    x0[c] += to_nu * force[i, c] + first_nu * early[i, c]
+                    x1[c] += to_x * force[i, c] + first_x * early[i, c]
         elif step[i] < NO_STEP:
             x0[:], x1[:], x2[:], x3[:] = 0.0, 0.0, 0.0, 0.0
         if read[i]:

@@ -81,9 +81,10 @@ class Screen:
     white: Array
 
     def responses(self, shapes: Array) -> Array:
-        """Change of the predicted readings, in standard deviations (m, k), by forces (n, k)."""
+        """Change of the predicted readings, in standard deviations (m, k), by forces (n, k) held over each step."""
+        shapes, none = np.ascontiguousarray(shapes), np.zeros((0, shapes.shape[1]))
         answers = responses(
-            self.table, self.problem.step, np.ascontiguousarray(shapes), np.zeros((0, shapes.shape[1])), self.read,
+            self.table, self.problem.step, shapes, shapes, none, self.read,
             self.problem.axis.state_read, self.gain, self.root, self.problem.axis.is_coloured,
         )  # fmt: skip
         return np.asarray(answers)
