@@ -52,7 +52,8 @@ class Bell:
                 start_new_session=True,
             )
         except OSError:
-            self._without_sound()
+            if self._bell is _silence:
+                self._without_sound()
 
 
 def _silence() -> None:

@@ -25,7 +25,8 @@ def ended_once(monkeypatch, met):
         came = []
 
         def look(since_s):
-            came.extend([True] if met() else [])
+            if met():
+                came.append(True)
             return each(since_s) or bool(came)
 
         until_stopped(work, clock, 120.0, look)

@@ -1,6 +1,6 @@
 """The recordings in a dive's folder, with their start and length.
 
-These are asked for several times a second: of a recording only the first and the last stamp are read, and cached.
+These are asked for several times a second: of a recording only the first and the last frames are read, and cached.
 """
 
 import contextlib
@@ -10,7 +10,6 @@ import os
 import stat
 import zlib
 from collections import Counter
-from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Final, NamedTuple
@@ -33,6 +32,8 @@ MADE_ELSEWHERE: Final = (
 )  # fmt: skip
 """Endings of other programs' recordings, as `identify.ingest.open` reads them."""
 _KEPT: Final = 4096
+_KEPT_ENDS: Final = 256
+"""Ends kept: that of a recording under way is another at each look."""
 
 
 def recordings(folder: Path) -> list[Path]:
@@ -147,56 +148,78 @@ def length_s(folder: Path) -> float | None:
     except LogError:
         return None
     first_s = next(filter(None, map(first_stamp_s, files)), None)
-    ends = filter(None, map(_at_end, reversed(files)))
-    dated = next(filter(None, ([seen for seen in end if seen.stamp_s] for end in ends)), None)
-    last_s = dated[-1].stamp_s if dated else None
-    if first_s is None or last_s is None or not 0.0 <= last_s - first_s <= LONGEST_S:
+    end = next(filter(None, map(_at_end, reversed(files))), None)
+    if first_s is None or end is None or not 0.0 <= end.stamp_s - first_s <= LONGEST_S:
         return None
-    begin = next(filter(None, map(_at_begin, files)), ())
-    began_s = {seen.clock: seen.clock_s for seen in reversed(begin)}
-    went_s = (seen.clock_s - began_s[seen.clock] for seen in dated or () if seen.clock in began_s)
-    return max(last_s - first_s, *(went for went in went_s if went <= LONGEST_S), 0.0)
+    began_s = next(filter(None, map(_at_begin, files)), {})
+    went_s = (clock_s - began_s[clock] for clock, clock_s in end.clocks_s.items() if clock in began_s)
+    return max(end.stamp_s - first_s, *(went for went in went_s if went <= LONGEST_S), 0.0)
 
 
-class _Seen(NamedTuple):
-    """A frame: its stamp, Unix s, None if damaged; its clock, by system, component and signal; what that said, NaN if
-    nothing."""
-
-    stamp_s: float | None
-    clock: tuple[int, int, str]
-    clock_s: float
+Clock = tuple[int, int, str]
+"""Of a vehicle: system, component and signal."""
 
 
-def _at_begin(file: Path) -> tuple[_Seen, ...]:
-    """The first frames of a plain `.tlog`; none if it can't be read."""
-    return _seen(file, lambda _: 0)
+class _End(NamedTuple):
+    """The last stamp of a recording, Unix s, and what each clock said last."""
+
+    stamp_s: float
+    clocks_s: dict[Clock, float]
 
 
-def _at_end(file: Path) -> tuple[_Seen, ...]:
-    """The last frames of a plain `.tlog`; none if it can't be read."""
-    return _seen(file, lambda size_bytes: max(size_bytes - END_BYTES, 0))
+def _at_begin(file: Path) -> dict[Clock, float]:
+    """What each clock says first in a plain `.tlog`; empty if it can't be read."""
+    size = _size_and_change(file)
+    return {} if size is None else _clocks_of_begin(file, min(size[0], END_BYTES))
 
 
-def _seen(file: Path, start: Callable[[int], int]) -> tuple[_Seen, ...]:
+def _at_end(file: Path) -> _End | None:
+    """The end of a plain `.tlog`; None if it can't be read, or without an intact frame near its end."""
+    size = _size_and_change(file)
+    return None if size is None else _end_of(file, *size)
+
+
+def _size_and_change(file: Path) -> tuple[int, int] | None:
+    """Bytes of a plain `.tlog`, and when it changed, ns; None if it is none."""
     try:
         state = file.stat()
-        if not file.name.endswith(".tlog") or not stat.S_ISREG(state.st_mode):
-            return ()
-        return _read(file, start(state.st_size), state.st_size, state.st_mtime_ns)
     except OSError:
-        return ()
+        return None
+    return (
+        (state.st_size, state.st_mtime_ns)
+        if file.name.endswith(".tlog") and stat.S_ISREG(state.st_mode)
+        else None
+    )
 
 
 @lru_cache(_KEPT)
-def _read(file: Path, start: int, _size_bytes: int, _changed_ns: int) -> tuple[_Seen, ...]:
-    with file.open("rb") as opened:
-        opened.seek(start)
-        data = opened.read(END_BYTES)
+def _clocks_of_begin(file: Path, _read_bytes: int) -> dict[Clock, float]:
+    clocks_s: dict[Clock, float] = {}
+    for _, clock, clock_s in _frames_from(file, 0):
+        clocks_s.setdefault(clock, clock_s)
+    return clocks_s
+
+
+@lru_cache(_KEPT_ENDS)
+def _end_of(file: Path, size_bytes: int, _changed_ns: int) -> _End | None:
+    dated = [frame for frame in _frames_from(file, max(size_bytes - END_BYTES, 0)) if frame[0] is not None]
+    stamps_us = [stamp_us for stamp_us, _, _ in dated if stamp_us is not None]
+    clocks_s = {clock: clock_s for _, clock, clock_s in dated}
+    return _End(stamps_us[-1] * 1e-6, clocks_s) if stamps_us else None
+
+
+def _frames_from(file: Path, start: int) -> list[tuple[int | None, Clock, float]]:
+    """Stamp, Unix us, None if damaged, clock, and what it says, NaN if nothing, of frames from a byte on."""
+    try:
+        with file.open("rb") as opened:
+            opened.seek(start)
+            data = opened.read(END_BYTES)
+    except OSError:
+        return []
     position, frames = 0, []
     while (record := next_record(data, position, Counter())) is not None:
         position, stamp_us, frame = record
         reading = decode(frame)
         signal, clock_s = ("", math.nan) if reading is None else (reading.signal, reading.time_s)
-        stamp_s = None if stamp_us is None else stamp_us * 1e-6
-        frames.append(_Seen(stamp_s, (frame.system, frame.component, signal), clock_s))
-    return tuple(frames)
+        frames.append((stamp_us, (frame.system, frame.component, signal), clock_s))
+    return frames

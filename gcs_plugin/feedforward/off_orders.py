@@ -22,6 +22,9 @@ WAIT_S: Final = 0.05
 """A stalled disk delays OFF by no more than this; the mark then follows later."""
 _NAME: Final = "off-ordered-"
 
+TICK_NS: Final = 10_000_000
+"""A file's time may be a tick of the system's clock behind the time at which it was touched."""
+
 
 class OffMarks:
     """Marks the OFF orders of this program; the disk neither stops an OFF nor delays it by more than WAIT_S."""
@@ -48,9 +51,10 @@ class OffOrders:
     """The OFF orders marked since this object was made, or since `began_unix_s`, when its program began to start."""
 
     def __init__(self, began_unix_s: float = math.inf) -> None:
-        began_ns, now_ns = began_unix_s * 1e9, time.time_ns()
+        began_ns = began_unix_s * 1e9 - TICK_NS
         marks = {file.name: _touched(file) for file in state_file().parent.glob(f"{_NAME}*")}
-        # A mark of the future was made before the clock was set back.
+        # A mark of the future was made before the clock was set back; one made while they are read is none of these.
+        now_ns = time.time_ns()
         self._before = {
             name: at_ns for name, at_ns in marks.items() if at_ns is None or not began_ns <= at_ns <= now_ns
         }

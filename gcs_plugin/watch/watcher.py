@@ -114,16 +114,20 @@ class Watcher:
 
     def _look_back(self, system: int | None) -> None:
         """Begin to read what the dive was before it is watched."""
+        self.close()
+        if system is not None and self._file is not None and (recordings := self._recorded()):
+            self._past_gap = PastGap(self._new_gap(system), system, recordings)
+
+    def close(self) -> None:
+        """End the reading of the dive's past."""
         if self._past_gap is not None:
             self._past_gap.drop()
             self._past_gap = None
-        if system is not None and self._file is not None and (recordings := self._recorded()):
-            self._past_gap = PastGap(self._new_gap(system), system, recordings)
 
     def _go_on_from_past(self) -> None:
         """Once all that was is known, go on from there."""
         if self._past_gap is not None and self._past_gap.ready:
-            self._live_gap, self._past_gap = self._past_gap.gap, None
+            self._live_gap, self._past_gap = self._past_gap.up_to_now(), None
             for name, value in self._stated.items():
                 self._live_gap.parameter(name, value)
 
@@ -143,6 +147,8 @@ class Watcher:
             reading = decode_reading(frame) if number in OF_THE_CONTRACT else None
             if reading is not None and from_vehicle:
                 self._live_gap.take(reading)
+                if self._past_gap is not None:
+                    self._past_gap.hear(reading)
             for signal, rank, values in heard(frame, reading):
                 if self._channels[signal].take((rank, frame.component), values, arrived_s):
                     self._quantities.take(signal, values, arrived_s)

@@ -298,6 +298,19 @@ def test_a_further_cause_that_saves_too_little_is_taken_if_the_filters_are_far_l
     assert search._likelier_with_one_more(None, weighing, fitted([first], 50.0), refused, None) is None
 
 
+def test_a_further_cause_that_the_filters_drop_is_none_and_neither_are_the_others_then(monkeypatch):
+    first = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
+    monkeypatch.setattr(search, "beyond_all", lambda *_: None)
+    monkeypatch.setattr(search, "FormRemainder", lambda *_: None)
+    monkeypatch.setattr(search, "required_gain", lambda *_: 20.0)
+    monkeypatch.setattr(search, "may_be_cause", lambda *_: True)
+    monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(12.0, 9.0, PUSH)])
+    monkeypatch.setattr(search, "_lasting", lambda *_: 0.0)
+    for left in ((first,), ()):
+        monkeypatch.setattr(search, "_settled", lambda *_, left=left: (None, fitted(left, 90.0)))
+        assert search._likelier_with_one_more(None, saving(8.0), fitted([first], 50.0), (), None) is None
+
+
 def replace_now(weighing, log_posterior):
     """Such a weighing, by filters of that posterior."""
     now = SimpleNamespace(**vars(weighing.now), log_posterior=log_posterior)

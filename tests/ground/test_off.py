@@ -1,17 +1,22 @@
 """OFF of several vehicles, against a raise, in MAVProxy, and in a roll back."""
 
+import os
 import random
+import time
 
 import pytest
 from fakes.lossy import Lossy
 from fakes.vehicle import QuietLink
+from pymavlink.dialects.v20 import ardupilotmega as mav
 from soak import rest_in_soak
 from test_ff_switch import STEP_S, Both, Craft, drive, heard_before
 
 from bridge.clock import SimulatedClock
 from bridge.vehicle.mode import Mode
+from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
+from gcs_plugin.feedforward import off_orders
 from gcs_plugin.feedforward.off_orders import OffMarks, OffOrders
 from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.fleet import Fleet
@@ -45,6 +50,21 @@ class Ground:
         self.marks.mark(messages)
         for message in messages:
             self.link.write(self.encoder.encode(message))
+
+
+def test_an_off_that_is_ordered_while_a_program_looks_for_earlier_ones_counts(monkeypatch):
+    """The computer's clock is read after the marks: else such a mark would be of the future, and none."""
+    began_unix_s, touched = time.time(), off_orders._touched
+    OffMarks().mark([mav.MAVLink_param_set_message(7, 1, MODE.encode(), 0.0, mav.MAV_PARAM_TYPE_REAL32)])
+
+    def touched_meanwhile(file):
+        os.utime(file, ns=(time.time_ns(),) * 2)
+        return touched(file)
+
+    monkeypatch.setattr(off_orders, "_touched", touched_meanwhile)
+    orders = OffOrders(began_unix_s)
+    monkeypatch.setattr(off_orders, "_touched", touched)
+    assert orders.given(7)
 
 
 class Port(QuietLink):

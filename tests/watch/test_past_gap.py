@@ -13,10 +13,10 @@ from bridge.simulator.direct import simulate_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import encode
-from bridge.wire.tlog import TlogWriter
+from bridge.wire.tlog import TlogWriter, read_tlog
 from gcs_plugin.monitor.gap import LEARNT_S
 from gcs_plugin.watch import past_gap
-from gcs_plugin.watch.past_gap import READING
+from gcs_plugin.watch.past_gap import THREAD_NAME
 from gcs_plugin.watch.watcher import Watcher
 
 WEAK_S, OPENED_S = 75.0, 100.0
@@ -52,7 +52,7 @@ def watched(frames, recordings, *meanwhile):
     watcher = Watcher(RUVIFIST, accepted=lambda _: HELD, recorded=lambda: recordings)
     for raw in (frames[0][1], *meanwhile):
         watcher.feed(frame_of(raw), OPENED_S, LINK)
-    until(lambda: READING not in {thread.name for thread in threading.enumerate()})
+    until(lambda: THREAD_NAME not in {thread.name for thread in threading.enumerate()})
     watcher.picture(OPENED_S)
     for time_s, raw in ((OPENED_S, frames[1][1]), *(frame for frame in frames if frame[0] > OPENED_S)):
         watcher.feed(frame_of(raw), time_s, LINK)
@@ -76,6 +76,36 @@ def test_a_model_that_came_into_force_while_the_recording_was_read_is_the_one_th
     other = mav.MAVLink_param_value_message(b"FF0_D_U", 50.0, 9, 1, 0)
     gap = watched(frames, [recording], Encoder(1, 1).encode(other)).gap
     assert gap.learns_s > 0  # the floor of another model is another one
+
+
+def test_all_that_is_heard_while_the_recording_is_read_follows_it(frames, recording, monkeypatch):
+    """A recording of hours is read for minutes: a hole of that length would take an alarm back."""
+    may_read = threading.Event()
+
+    def read(path):
+        records = list(read_tlog(path))
+        assert may_read.wait(60.0)
+        return iter(records)
+
+    monkeypatch.setattr(past_gap, "read_tlog", read)
+    watcher = Watcher(RUVIFIST, accepted=lambda _: HELD, recorded=lambda: [recording])
+    heard = [(OPENED_S, frames[0][1]), *(frame for frame in frames if frame[0] > OPENED_S - 2.0)]
+    for time_s, raw in heard:
+        watcher.feed(frame_of(raw), max(time_s, OPENED_S), LINK)
+    assert watcher.picture(frames[-1][0]).gap.since_s is None
+    may_read.set()
+    until(lambda: THREAD_NAME not in {thread.name for thread in threading.enumerate()})
+    gap = watcher.picture(frames[-1][0]).gap
+    assert gap.since_s is not None
+    assert gap.causes[0].words.startswith("thruster 2 gives ")
+
+
+def test_a_watch_that_is_closed_reads_no_further(recording, monkeypatch):
+    monkeypatch.setattr(past_gap, "AFTER_S", 3600.0)
+    watcher = Watcher(RUVIFIST, system=1, accepted=lambda _: HELD, recorded=lambda: [recording])
+    assert THREAD_NAME in {thread.name for thread in threading.enumerate()}
+    watcher.close()
+    until(lambda: THREAD_NAME not in {thread.name for thread in threading.enumerate()})
 
 
 @pytest.mark.parametrize("names", [(), ("missing.tlog",)], ids=["not recorded", "not readable"])

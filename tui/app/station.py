@@ -108,6 +108,7 @@ class Station:
             self._thread.join(STOP_S)
         if not self._thread.is_alive():
             self._source.close()
+        self._watcher.close()
 
     def view(self) -> View:
         picture = self._newest
@@ -134,6 +135,7 @@ class Station:
         """Read once, send due messages, and make a picture if it is time."""
         if self._next is not None:
             self._source.close()
+            self._watcher.close()
             (self._source, self._watcher), self._next = self._next, None
         frames = self._source.frames()
         now_s = self._clock.boot_s()

@@ -50,10 +50,14 @@ def run(arguments: argparse.Namespace) -> int:
     with Files() as files:
         files.json(done.to_json(), arguments.json)
         # The page comes last because drawing takes long. It is written even if the reader of the tables has left.
+        left: BrokenPipeError | None = None
         try:
             tell(console, done)
-        finally:
-            files.publish(arguments, lambda: page_of(done), [run.dive for run in done.runs], file)
+        except BrokenPipeError as error:
+            left = error
+        files.publish(arguments, lambda: page_of(done), [run.dive for run in done.runs], file)
+        if left is not None:
+            raise left
         for run in done.runs:
             # The errors cover only the data that these notes leave.
             for note in run.dive.notes:

@@ -29,9 +29,9 @@ NEAR_SIGMA, NEAR_SHARE = 5.0, 0.5
 fitted with a cause whose gain is too small."""
 
 FAR_LIKELIER, FAR_MORE = 3.0, 5.0
-"""Times the required nats by which the filters must rise with it, or which it must save at the noise levels fitted with
-it. The remainder of another cause's form stays as large as it was at these; a cause that was taken for a disturbance
-grows."""
+"""Times the required nats by which the filters must rise with it; or, if they rise by the required nats, times those
+that it must save at the noise levels fitted with it. What another cause's form leaves over stays as large at these; a
+cause that was taken for a disturbance grows."""
 
 CLIMB_SHARE = 0.1
 """Share of the nats saved at fixed noise levels that a climb of the filters may end short by."""
@@ -100,6 +100,7 @@ def explain(
             if len(better.causes) == len(fit.causes):
                 break
         weighing, fit, refused = settled, settled_fit, frozenset()
+        held &= {*_labels(fit)}
         if again:
             break
     judged = without_shadows_of_companions(weighing, fit)
@@ -126,21 +127,23 @@ def _likelier_with_one_more(
         return None
     remainder = FormRemainder(weighing, fit)
     for gain, sigma, cause in ranked_candidates(beyond_all(weighing, fit), fit):
+        if sigma <= LEAST_SIGMA or gain <= least_gain(cause) or cause.effect.label in refused:
+            continue
         required = required_gain(remainder, cause)
-        near = sigma > NEAR_SIGMA or (sigma > LEAST_SIGMA and gain > NEAR_SHARE * required)
-        if not near or gain <= least_gain(cause) or cause.effect.label in refused:
+        if sigma <= NEAR_SIGMA and gain <= NEAR_SHARE * required:
             continue
         trial = weighing.fitted((*fit.causes, cause))
         if len(trial.causes) == len(fit.causes) or not may_be_cause(trial.causes[-1], weighing):
             continue
         settled, settled_fit = _settled(nominal, weighing, trial, at)
-        if len(settled_fit.causes) == len(fit.causes):
+        if len(settled_fit.causes) <= len(fit.causes):
             return None
         rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
         others = settled.fitted(settled_fit.causes[:-1])
         least = required_gain(FormRemainder(settled, others), settled_fit.causes[-1])
         grows = settled_fit.gain - others.gain > FAR_MORE * least
-        return (settled, settled_fit) if rise > (1.0 if grows else FAR_LIKELIER) * required else None
+        likelier = rise > required if grows else rise > FAR_LIKELIER * required
+        return (settled, settled_fit) if likelier else None
     return None
 
 

@@ -197,14 +197,15 @@ class AxisInnovations:
         """Prewhitened innovations (rows, k) in response to k forces (t,) along a course, as an autopilot's own filter
         shows them; with room for further columns."""
         axis = self.problem.axis
-        turned = bool(np.any(axis.state_read == INCREMENT))
+        # Velocities show the area of a force alone.
+        placed = bool(np.any(axis.state_read != VELOCITY))
         out = np.empty((len(self.std), len(forces) + room))
         for first in range(0, len(forces), TOGETHER):
             some = slice(first, first + TOGETHER)
             columns = _as_columns(np.array(forces[some]))
             smooth = behind_filter(columns, course.step_s, axis.smoothing_s)
             means = means_before(course.time_s, smooth, axis.before_s, axis.time_s)
-            early = early_half(means, course.time_s, smooth, axis.before_s, axis.time_s) if turned else None
+            early = early_half(means, course.time_s, smooth, axis.before_s, axis.time_s) if placed else None
             out[:, first : first + means.shape[1]] = self.prewhitened(self.by_force(means, early))
         return out
 
@@ -278,11 +279,11 @@ def means_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> 
 
 
 def early_half(means: Array, time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
-    """Forces (m, k) held over the first half of intervals that turn a body as far by their end as values (n, k) do; in
-    the second half is what they lack of the means (m, k).
+    """Forces (m, k) in the first half of intervals, with which a body gets as far by their end as by values (n, k).
 
-    A gyro's increment shows how far it turned, and is too precise for a force held over all of the interval. Exact for
-    forces that go straight from start to end.
+    The second half has twice the means (m, k) less these, so that the area is kept. A gyro's increment shows how far a
+    body turned, and is too precise for a force held over all of the interval. Exact for forces that go straight from
+    start to end, but for damping, as the halves of `WrenchHistory.halves_between`.
     """
     first = means_before(time_s, values, start_s, 0.5 * (start_s + end_s))
     return np.asarray(means + (4.0 / 3.0) * (first - means) * (end_s > start_s)[:, None])
