@@ -34,10 +34,10 @@ In every mode, every axis is watched over the whole mission:
 - Where a diagnosis was accepted before the dive, the errors are at most a third above those that it foretold. The
   criterion fails at twice as much, if the sea does not move the vehicle half as much while it rests.
 - A thruster with an accepted gain is made up for once: the allocation goes by what the thruster gave in this dive, to
-  5 % and what that is known to; where the dive does not tell it, by what the diagnosis found. In shadow nothing is made
-  up for yet, and what the allocation will go by is compared: there a dive that does not tell what the thruster gives is
-  no GO, for the compensation would begin unjudged. Where it does, and the compensation is right, what moves unasked in
-  shadow is not judged: the weak thruster moves it, until it is made up for.
+  5 % beyond its interval; without one, by the gain that the diagnosis fitted. In shadow nothing is made up for yet, and
+  the gain that the allocation will use is compared: a dive from which the thruster's gain can't be told is no GO there,
+  for the compensation would begin unjudged. If that gain is right, motion in shadow that was not asked for is not
+  judged: the weak thruster causes it, until it is made up for.
 """
 
 from collections.abc import Mapping, Sequence

@@ -174,7 +174,7 @@ def _read_known(
 
 def _uploaded_ns(receipts: Path, values: Path, known: Mapping[str, AcceptedValue]) -> int:
     """When these values, or others of theirs since they were written, were accepted, by the file's time, ns; 0 if they
-    were not. Where the crew left out what no vehicle ever accepted, the values that it sent are what counts."""
+    were not. Values that no vehicle ever accepted do not count: the crew left them out."""
     try:
         wanted = read_parameters(values)
     except ParamError:

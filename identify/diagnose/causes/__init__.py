@@ -1,4 +1,4 @@
-"""The search for causes: what is tried, what it saves, what it must save, and how sure that is.
+"""The search for causes: candidates, the nats that they save and must save, and the confidence in them.
 
 `candidates` what is tried, `seas` with their periods · `evidence`, `weighing`, `ranking` what each saves ·
 `requirement` what it must save · `selection` one step, `search` to the end · `shafts` beside which lag ·

@@ -1,4 +1,4 @@
-"""What a parameter file would send, beside what was last accepted, while there is no vehicle to compare it with."""
+"""The values of a parameter file and those last accepted, while there is no vehicle to compare the file with."""
 
 import math
 from functools import lru_cache

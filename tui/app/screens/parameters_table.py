@@ -38,7 +38,7 @@ IN_HALVES: Final = "Δ/±"
 """Column head of the change, in units of the ± column."""
 CHANGE: Final = 6
 ONE: Final = "1"
-"""The unit of a number without one, of which nothing is shown."""
+"""The unit of a plain number; it is not shown."""
 VEHICLE: Final = "vehicle"
 ARROW: Final = " →"
 
