@@ -59,8 +59,8 @@ def diagnose(job: Job) -> dict[str, Any]:
     ).diagnosis
     causes = tuple(
         EffectSize(
-            finding.cause.effect.label,
-            candidate_words(finding.cause.effect),
+            finding.cause.effect.throughout.label,
+            candidate_words(finding.cause.effect.throughout),
             {name: _size(value) for name, value in finding.parameters.items() if name != "thruster"},
             finding.probability,
             finding.probability >= LIKELY,

@@ -201,7 +201,7 @@ def _effect(finding: Finding) -> AcceptedEffect:
         else float(value)
         for p, value in zip(effect.parameters, finding.cause.values, strict=True)
     }
-    return AcceptedEffect(effect.name, effect.label, values, effect.number)
+    return AcceptedEffect(effect.name, effect.throughout.label, values, effect.number)
 
 
 def _of_hull(

@@ -2,16 +2,18 @@
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
 from identify.checks.actuation.motors import miswired_doubts
 from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import accepted_causes, library_with_changes
+from identify.diagnose.causes.onset import with_beginnings
 from identify.diagnose.causes.search import Explanation
 from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
 from identify.diagnose.changed import changes_of, shift_of
@@ -80,6 +82,7 @@ from identify.diagnose.verdict import (
     next_for_unexplained,
     next_of,
     share_left,
+    stand_in,
     swallowing,
     unexplained_forces,
     unexplained_nats,
@@ -167,10 +170,7 @@ def diagnose(
         return accepted_effects.in_force(fitted_nominal(check, file, configuration_name, fitted))
 
     search, other = both(searched, other_filters)
-    nominal, explanation = search.nominal, search.explanation
-    covariance = search.covariance
-    if slow is None:
-        covariance = with_holding_unknown(covariance, explanation.causes, as_recorded)
+    nominal = search.nominal
     if other is not None and nominal.course.by_shaft:
         other = of_shafts(other)
     progress(0.7, "measuring the gap, and looking at what is left")
@@ -180,36 +180,26 @@ def diagnose(
         causes=tuple(item for item in reference_model.causes if not lacks & {*item.effect.needs}),
     )
     plain = reference_model.filters_of(nominal) if simulator or accepted else nominal
-    models = both_simulations(explanation, plain)
-    wrong, felt = (
-        of(explanation.causes, explanation.now.course)[::EACH]
-        for of in (velocity_error_of, specific_force_of)
-    )
-    missing = missing_of(*models, wrong, felt, explanation.now)
-    if plain is nominal:
-        missing = beyond_refit(
-            missing, missing_wrench_of(explanation.causes, explanation.now.course), explanation.now, EACH
-        )
-
-    def drifted() -> tuple[list[tuple[Drift, ...]], tuple[Shrink, Prediction]]:
-        floors = floors_of(explanation.now, models[1], rng)
-        return [drifts(model, floors) for model in models], held_out_shrink(
-            explanation, plain, floors[FIVE_S], rng
-        )
-
-    # The folds of `drifted` are shared with the other thread once that is free.
-    ((drift_before, drift_after), (heldout, held)), left = both(
-        drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
-    )
     known_to = LEAST_FORCE * nominal.course.wrench_of(nominal.course.thrust_n).std(axis=0) if holds else None
-    left = above_noise(left, heldout, nominal.inexact, known_to)
+    measured = _measured(search.explanation, nominal, plain, known_to, rng)
+    saved_nats = search.explanation.fit.gain
+    if unexplained_forces(measured.left) or stand_in(measured.left.instead, saved_nats):
+        progress(0.75, "looking for causes that begin within the dive")
+        begun = with_beginnings(search, tried, dive.span_s[0])
+        if begun is not search:
+            search, tried = begun, (*tried, *begun.beginnings)
+            measured = _measured(search.explanation, nominal, plain, known_to, rng)
+    explanation, covariance = search.explanation, search.covariance
+    if slow is None:
+        covariance = with_holding_unknown(covariance, explanation.causes, as_recorded)
+    missing, left, heldout = measured.missing, measured.left, measured.heldout
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     causes = causes if slow is None else slow.without_step(causes)
     causes, shown = beside_accepted(causes, heldout) if holds else (causes, ())
     left = replace(left, instead=0.0) if shown else left
     gap, (trials, known) = both(
-        lambda: _gap(explanation, missing, left, drift_before, drift_after, causes),
+        lambda: _gap(explanation, missing, left, measured.drift_before, measured.drift_after, causes),
         lambda: (trials_of(explanation, causes), known_with_causes(explanation.causes, explanation.now)),
     )
     if accepted:
@@ -229,7 +219,7 @@ def diagnose(
     elif verdict == "unknown" or swallowing(gap.disturbance):
         dive_next = next_for_disturbance(dive_next)
     many = any(item.share >= MANY for item in spiky)
-    measured = None if prediction is None else checked(prediction, rng)
+    shrunk = None if prediction is None else checked(prediction, rng)
     progress(1.0, "done")
     return Diagnosis(
         dive=dive.name,
@@ -241,17 +231,17 @@ def diagnose(
         tried=trials,
         character=character_of(left) if forces else None,
         heldout=heldout,
-        check=measured,
+        check=shrunk,
         next=dive_next,
         notes=(
             *mass_hints(explanation.now, [std[MASS] for std in known.stds()], configuration),
             *accepted_effects.sentences(holds),
             *shown_note(shown),
-            *ran_away(drift_before, drift_after),
+            *ran_away(measured.drift_before, measured.drift_after),
             *overstated_note(heldout),
             *short_dive_note(dive),
             *short_check_note(check),
-            *(contradiction_note(heldout, measured) if causes else ()),
+            *(contradiction_note(heldout, shrunk) if causes else ()),
             *((spikes_sentence(spiky),) if spiky and not many else ()),
             *((spikes_sentence(other_spiky, check.name),) if check is not None and other_spiky else ()),
             *shafts_note(nominal),
@@ -273,7 +263,7 @@ def diagnose(
             nominal.swapped,
             [doubt.sentence for doubt in miswired_doubts(dive, file, configuration_name)],
         ),
-        held=held,
+        held=measured.held,
         correlation=known.correlations(),
         late=lateness_of(causes, explanation.now),
         hull=hull_of(explanation.now),
@@ -300,6 +290,52 @@ def _able(
     return tuple(
         effect for effect in effects if not {*lacks} & {*effect.needs} and effect.model_part not in in_model
     )
+
+
+@dataclass(frozen=True)
+class _Measured:
+    """The gap as measured with an explanation: the missing forces, what no cause explains, the drifts of the models
+    before and after, and the shrink on held-out pieces with the velocities `held`."""
+
+    missing: Missing
+    left: Unexplained
+    drift_before: tuple[Drift, ...]
+    drift_after: tuple[Drift, ...]
+    heldout: Shrink
+    held: Prediction
+
+
+def _measured(
+    explanation: Explanation,
+    nominal: Nominal,
+    plain: Nominal,
+    known_to: Array | None,
+    rng: np.random.Generator,
+) -> _Measured:
+    """Measure the gap of the model `plain`; known_to (6,): forces to which accepted effects are known, N and N m."""
+    models = both_simulations(explanation, plain)
+    wrong, felt = (
+        of(explanation.causes, explanation.now.course)[::EACH]
+        for of in (velocity_error_of, specific_force_of)
+    )
+    missing = missing_of(*models, wrong, felt, explanation.now)
+    if plain is nominal:
+        missing = beyond_refit(
+            missing, missing_wrench_of(explanation.causes, explanation.now.course), explanation.now, EACH
+        )
+
+    def drifted() -> tuple[list[tuple[Drift, ...]], tuple[Shrink, Prediction]]:
+        floors = floors_of(explanation.now, models[1], rng)
+        return [drifts(model, floors) for model in models], held_out_shrink(
+            explanation, plain, floors[FIVE_S], rng
+        )
+
+    # The folds of `drifted` are shared with the other thread once that is free.
+    ((drift_before, drift_after), (heldout, held)), left = both(
+        drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
+    )
+    left = above_noise(left, heldout, nominal.inexact, known_to)
+    return _Measured(missing, left, drift_before, drift_after, heldout, held)
 
 
 def both_simulations(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:

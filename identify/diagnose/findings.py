@@ -118,19 +118,21 @@ def strongest_first(causes: Sequence[Finding]) -> tuple[Finding, ...]:
 
 
 def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tried, ...]:
-    """Every candidate, by nats saved; a candidate without a noticeable size saves none, but has its size told."""
+    """Every candidate that acts from the start of the dive, by nats saved; a candidate without a noticeable size saves
+    none, but has its size told."""
     weighing, fit = explanation.weighing, explanation.fit
     equations = weighing.candidates_beyond_forms(fit)
     rejected = [
         _rejected(explanation, *ranked_candidate)
         for ranked_candidate in ranked_candidates(equations, fit, len(equations.settings))
+        if not ranked_candidate[-1].effect.since_s
     ]
     accepted = [Tried(cause.cause.effect, cause.gain_nats, True) for cause in causes]
     taken, labels = {cause.key for cause in fit.causes}, {item.label for item in rejected}
     mute = [
         Tried(effect, 0.0, False)
         for effect in weighing.library
-        if effect.label not in labels and (effect.name, effect.number) not in taken
+        if not effect.since_s and effect.label not in labels and (effect.name, effect.number) not in taken
     ]
     sizes = _sizes_with_causes(explanation)
     absent = [replace(item, sizes=sizes.get(item.label, {})) for item in (*rejected, *mute)]

@@ -339,6 +339,7 @@ def plain_effect(finding: Finding) -> dict[str, Any]:
             }
             for name, value in finding.parameters.items()
         },
+        **({"since_s": effect.since_s} if (effect := finding.cause.effect).since_s else {}),
         "feedforward_gain": None if gain is None else {"before": gain.before_m_s, "after": gain.after_m_s},
     }
 

@@ -233,6 +233,7 @@ def weak(number: int) -> Effect:
         feedforward="thruster_gain",
         model_part="gain",
         compensation=compensated_by(Compensation(gain_name(number), "1", "gain")),
+        sudden=True,
     )
 
 
@@ -260,6 +261,7 @@ def turned(number: int, about: str) -> Effect:
         variant=f"turned about {about}",
         model_part="direction",
         about=about,
+        sudden=True,
     )
 
 

@@ -213,6 +213,8 @@ class Effect:
     - sizes: multiples of the distance from `none` to `start` at which it is tried (for a limit: the most that was
       asked over one more than the size); more than one if its shape changes with its size.
     - steep: its shape changes so abruptly that a size holds for no other than itself.
+    - sudden: it may begin within a dive, as when a propeller breaks.
+    - since_s: time since the recording's start from which it acts, if it began within the dive (`beginning`).
     """
 
     name: str
@@ -242,6 +244,14 @@ class Effect:
     timing: Literal["", "lag", "delay"] = ""
     sizes: tuple[float, ...] = (1.0,)
     steep: bool = False
+    sudden: bool = False
+    since_s: float = 0.0
+    _throughout: "Effect | None" = None
+
+    @property
+    def throughout(self) -> "Effect":
+        """The effect as it acts in further dives: from their start."""
+        return self._throughout or self
 
     @property
     def in_coefficients(self) -> bool:
@@ -250,9 +260,11 @@ class Effect:
 
     @property
     def label(self) -> str:
-        """The name, with the thruster's number if it concerns a single thruster, and the variant if it has several."""
+        """The name, with the thruster's number if it concerns a single thruster, the variant if it has several, and
+        its beginning within a dive."""
         subject = f"{self.name} of thruster {self.number}" if self.number else self.name
-        return f"{subject} ({self.variant})" if self.variant else subject
+        form = f"{subject} ({self.variant})" if self.variant else subject
+        return f"{form} since {self.since_s:g} s" if self.since_s else form
 
     def none(self) -> Array:
         """Parameters (p,) at which the effect is absent."""
@@ -269,6 +281,16 @@ class Effect:
         if self.telling is not None:
             return answer | self.telling(values)
         return answer | {p.name: (float(v), p.unit) for p, v in zip(self.parameters, values, strict=True)}
+
+
+def beginning(effect: Effect, since_s: float, start_s: float) -> Effect:
+    """The effect, beginning `since_s` after the start of a recording, which is at `start_s` of a course's clock."""
+
+    def act(course: Course, values: Array) -> Act:
+        after = (course.time_s >= start_s + since_s)[:, None]
+        return effect.act(course, values).each(lambda part: after * part)
+
+    return replace(effect, act=act, since_s=since_s, sudden=False, _throughout=effect)
 
 
 def past_the_shaft(course: Course, more_n: Array) -> Act:

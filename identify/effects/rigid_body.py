@@ -140,6 +140,7 @@ NET_BUOYANCY = Effect(
     _buoyancy,
     Separation(manoeuvres=("a drift without thrust", "at depth again")),
     model_part="net_buoyancy_n",
+    sudden=True,
 )
 
 

@@ -9,7 +9,8 @@ from fakes.shared import shared
 from fakes.vehicle import VEHICLE
 
 from bridge.simulator.dive import simulate_dive
-from bridge.simulator.missions import validation
+from bridge.simulator.missions import survey, validation
+from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import shaft_speed, thrust_by_shaft
 from bridge.wire.framing import Framer
@@ -111,9 +112,8 @@ def test_the_firmwares_own_submarine_has_quadratic_drag_and_no_gap_where_its_fil
 FILE = load_vehicle("ruvifist")
 
 
-@pytest.fixture(scope="module")
-def dive(tmp_path_factory):
-    path = tmp_path_factory.mktemp("honest") / "telemetry.tlog"
+def dived(folder, mission, truth=None):
+    path = folder / "telemetry.tlog"
     framer = Framer()
     with TlogWriter(path) as writer:
 
@@ -121,8 +121,23 @@ def dive(tmp_path_factory):
             for frame in framer.feed(data):
                 writer.write(int(unix_s * 1e6), frame.raw)
 
-        simulate_dive(FILE, "survey", validation(sways=False), seed=4, sink=sink)
+        simulate_dive(FILE, "survey", mission, seed=4, sink=sink, truth=truth)
     return read_dive(path, None, FILE)
+
+
+@pytest.fixture(scope="module")
+def dive(tmp_path_factory):
+    return dived(tmp_path_factory.mktemp("honest"), validation(sways=False))
+
+
+@pytest.mark.soak
+def test_a_propeller_that_breaks_in_mid_dive_is_named_with_when_and_how_much_and_nothing_else_is(tmp_path):
+    truth = replace(load_truth(FILE, "survey"), onset={"T2_gain": 0.5}, onset_s=150.0)
+    diagnosis = diagnose(dived(tmp_path, survey(), truth), FILE, "survey", progress=quiet)
+    (finding,) = diagnosis.findings
+    assert (diagnosis.verdict, finding.cause.key) == ("explained", ("weak_thruster", 2))
+    assert finding.cause.effect.since_s == pytest.approx(150.0, abs=3.0)
+    assert finding.parameters["gain"].value == pytest.approx(0.5, abs=0.02)
 
 
 MOST_TOLD = 0.9

@@ -68,6 +68,11 @@ class Cause:
         return self.effect.name, self.effect.number
 
     @property
+    def throughout(self) -> "Cause":
+        """The cause as it acts in further dives: from their start."""
+        return replace(self, effect=self.effect.throughout)
+
+    @property
     def present(self) -> NDArray[np.bool_]:
         """Whether each parameter (p,) differs from absence."""
         return np.asarray(self.values != self.effect.none())

@@ -24,6 +24,8 @@ from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT
 from identify.threads import both
 
+Progress = Callable[[float, str], None]
+
 NEAR_SIGMA, NEAR_SHARE = 5.0, 0.5
 """Standard errors of a gain that is not by chance, and share of the required nats, from either of which the filters are
 fitted with a cause whose gain is too small."""
@@ -57,13 +59,27 @@ class Explanation:
         return self.fit.causes
 
 
-def explain(
-    nominal: Nominal, library: Sequence[Effect], progress: Callable[[float, str], None]
-) -> Explanation:
+def explain(nominal: Nominal, library: Sequence[Effect], progress: Progress) -> Explanation:
     """Find the causes of a dive's gap among a library's effects, leaving out those that a refit of the model would
     absorb."""
     at = _weighing_maker(library)
-    weighing, fit = _begun(nominal, at)
+    return _searched(nominal, at, *_begun(nominal, at), progress)
+
+
+def explained_further(explanation: Explanation, nominal: Nominal, library: Sequence[Effect]) -> Explanation:
+    """Go on from an explanation with a larger library."""
+    at = _weighing_maker(library)
+    weighing = at(explanation.now, explanation.causes)
+    return _searched(nominal, at, weighing, weighing.fitted(explanation.causes), lambda *_: None)
+
+
+def _searched(
+    nominal: Nominal,
+    at: Callable[[Nominal, Sequence[Cause]], Weighing],
+    weighing: Weighing,
+    fit: Fitted,
+    progress: Progress,
+) -> Explanation:
     been: list[tuple[str, ...]] = []
     refused: frozenset[str] = frozenset()
     held: frozenset[str] = frozenset()

@@ -24,11 +24,12 @@ taken for straight lines, they leave more than the forms differ by."""
 @dataclass(frozen=True)
 class Search:
     """The causes of a dive's gap, with the covariance (k, k) of their parameters, and the nominal model without
-    them."""
+    them. beginnings: the effects tried that begin within the dive."""
 
     nominal: Nominal
     explanation: Explanation
     covariance: Array
+    beginnings: tuple[Effect, ...] = ()
 
     @property
     def worth(self) -> float:

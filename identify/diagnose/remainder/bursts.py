@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from identify.diagnose.causes.evidence import FOLDS
+from identify.diagnose.filters.backwards import scores
 from identify.diagnose.filters.innovations import AxisInnovations
 from identify.diagnose.filters.regression import piece_s
-from identify.diagnose.remainder.lines import scores
 
 Runs = Sequence[tuple[float, float]]
 

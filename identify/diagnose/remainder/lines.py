@@ -5,13 +5,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numba import njit
-from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from identify.diagnose.filters.backwards import scores
 from identify.diagnose.filters.innovations import AxisInnovations
 from identify.effects.course import Course
-from identify.estimators.filter.state import INCREMENT, NO_STEP, VELOCITY
 
 PERIODS_S, WAVES_M = (0.6, 60.0), (0.3, 8.0)
 """Bands of wavelengths, in seconds or metres: velocity readings do not resolve shorter ones, and a disturbance mimics
@@ -142,63 +140,3 @@ def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[A
     around = np.interp(np.arange(len(power)), middles, chance_power) if len(middles) else np.ones(0)
     nats: Array = np.log(2) * power / np.maximum(around, 1e-300)
     return np.asarray(rate, np.float64), nats
-
-
-def scores(innovations: AxisInnovations, left: Array) -> Array:
-    """Derivative (n,) of the log likelihood of rows `left` (rows,) by the mean force of each step."""
-    freed = left.copy()
-    for autoregression in innovations.autoregressions:
-        for lag, share in enumerate(autoregression.by_lag.tolist(), 1):
-            freed[autoregression.rows[:-lag]] -= share * left[autoregression.rows[lag:]]
-    axis = innovations.problem.axis
-    return np.asarray(
-        _backwards(
-            innovations.table,
-            innovations.problem.step,
-            freed / innovations.std,
-            innovations.read,
-            axis.state_read,
-            innovations.gain,
-            axis.is_coloured,
-        )
-    )
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def _backwards(
-    table: Array,
-    step: NDArray[np.int64],
-    left: Array,
-    read: NDArray[np.bool_],
-    state_read: NDArray[np.int64],
-    gain: Array,
-    coloured: bool,
-) -> Array:
-    """The transpose of `estimators.filter.innovations.responses`, for one column of rows."""
-    out = np.zeros(step.shape[0])
-    y0, y1, y2, y3 = 0.0, 0.0, 0.0, 0.0
-    row = left.shape[0] - 1
-    for i in range(step.shape[0] - 1, -1, -1):
-        if state_read[i] == INCREMENT:
-            y1 = 0.0
-        if read[i]:
-            e = left[row] - gain[i, 0] * y0 - gain[i, 1] * y1 - gain[i, 2] * y2 - gain[i, 3] * y3
-            if state_read[i] != VELOCITY:
-                y1 += e
-            else:
-                y0 += e
-                if coloured:
-                    y3 += e
-            row -= 1
-        if step[i] >= 0:
-            t = table[step[i]]
-            out[i] = (t[7] + t[9]) * y0 + (t[8] + t[10]) * y1
-            y0, y1, y2, y3 = (
-                t[0] * y0 + t[3] * y1,
-                t[1] * y0 + t[4] * y1,
-                t[2] * y0 + t[5] * y1 + t[6] * y2 + t[22] * y3,
-                t[19] * y0 + t[20] * y1 + t[21] * y2 + t[17] * y3,
-            )
-        elif step[i] < NO_STEP:
-            y0, y1, y2, y3 = 0.0, 0.0, 0.0, 0.0
-    return out

@@ -95,9 +95,11 @@ def predict(
     """Predict a further dive with filters `check` by the models of a dive, `nominal` before and `explanation` after.
 
     Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
-    further dive. Raises LogError if the further dive is too short.
+    further dive. A cause that began within the dive acts from the start of the further one. Raises LogError if the
+    further dive is too short.
     """
-    flight = flight_of(explanation.now, without_seas(explanation.causes), nominal, check)
+    lasting = [cause.throughout for cause in without_seas(explanation.causes)]
+    flight = flight_of(explanation.now, lasting, nominal, check)
     before, after = flight.before, flight.after
     floor = floors_of(flight.fit, after, rng)[1]
     length = round(HORIZON_S / after.step_s)

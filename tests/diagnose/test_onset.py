@@ -1,0 +1,83 @@
+"""Causes that begin within a dive."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from fakes.planted import explained
+
+from identify.diagnose.accepted import _effect
+from identify.diagnose.causes.candidates import Cause
+from identify.diagnose.causes.confidence import without_doubtful
+from identify.diagnose.causes.onset import with_beginnings
+from identify.diagnose.causes.shafts import Search
+from identify.diagnose.filters.nominal import refitted
+from identify.diagnose.result import Finding, plain_effect
+from identify.diagnose.words.causes import name_of
+from identify.effects.actuators import weak
+from identify.effects.effect import beginning
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.rigid_body import NET_BUOYANCY
+
+TENTH = np.array([0.1])
+LIBRARY = (weak(1), weak(2), NET_BUOYANCY)
+
+
+def with_cause(nominal, effect, values):
+    """The dive with the act of an effect taken from what moved it, so that the effect explains the rest."""
+    course = nominal.course
+    act = effect.act(course, values)
+    return replace(refitted(nominal, [act.times(-1.0)]), acts=(), course=course)
+
+
+def searched(nominal, *library):
+    return Search(nominal, *without_doubtful(explained(nominal, *library), nominal, library))
+
+
+@pytest.fixture(scope="module")
+def broken(nominal):
+    """A dive whose recording began at 5 s, and in which thruster 2 gives a tenth of its thrust from 70 s on."""
+    return with_cause(nominal, beginning(weak(2), 70.0, 5.0), TENTH)
+
+
+def test_an_effect_that_begins_in_a_dive_acts_from_then_on_and_all_the_next_dive(nominal):
+    course = nominal.course
+    later = beginning(weak(2), 70.0, 5.0)
+    whole, part = (effect.act(course, TENTH).wrench for effect in (weak(2), later))
+    after = course.time_s >= 75.0
+    assert not part[~after].any()
+    assert np.array_equal(part[after], whole[after])
+    cause = Cause(later, TENTH).throughout
+    assert np.array_equal(cause.act(course).wrench, whole)
+    assert (cause.effect.label, later.label) == (
+        "weak_thruster of thruster 2",
+        "weak_thruster of thruster 2 since 70 s",
+    )
+
+
+def test_a_thruster_that_breaks_in_a_dive_is_named_with_when_and_how_much(broken):
+    search = searched(broken, *LIBRARY)
+    begun = with_beginnings(search, LIBRARY, 5.0)
+    (cause,) = begun.explanation.causes
+    assert cause.key == ("weak_thruster", 2)
+    assert cause.effect.since_s == pytest.approx(70.0, abs=1.5)
+    assert cause.values[0] == pytest.approx(0.1, abs=0.1)
+
+
+def test_a_thruster_that_was_weak_all_along_has_no_beginning(nominal):
+    search = searched(with_cause(nominal, weak(2), TENTH), *LIBRARY)
+    assert [cause.effect.label for cause in search.explanation.causes] == [weak(2).label]
+    assert with_beginnings(search, LIBRARY, 5.0) is search
+
+
+def test_drag_never_begins_in_a_dive(broken):
+    search = searched(broken, QUADRATIC_DRAG)
+    assert with_beginnings(search, (QUADRATIC_DRAG,), 5.0) is search
+
+
+def test_the_answer_says_since_when_and_what_is_accepted_holds_from_the_start():
+    finding = Finding(Cause(beginning(weak(2), 70.0, 5.0), TENTH), (), {}, 0.9, {}, 100.0)
+    assert plain_effect(finding)["since_s"] == 70.0
+    assert name_of(finding) == "weak thruster 2 from 70 s on"
+    assert _effect(finding).label == weak(2).label
+    assert "since_s" not in plain_effect(replace(finding, cause=Cause(weak(2), TENTH)))
