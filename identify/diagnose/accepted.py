@@ -35,7 +35,7 @@ from identify.diagnose.filters.nominal import Nominal, hull_indices
 from identify.diagnose.filters.regression import mean_indices, regression_of
 from identify.diagnose.result import Accepted, Finding, Value
 from identify.diagnose.shrink.shrunk import LIKELY
-from identify.diagnose.words.causes import effect_words, name_of, percent_bounded, words
+from identify.diagnose.words.causes import alike_words, effect_words, name_of, percent_bounded
 from identify.doubt import Culprit, Doubt
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
@@ -328,10 +328,10 @@ def _remarks(finding: Finding) -> list[str]:
         )
     if finding.cause.effect.caveat:
         remarks.append(finding.cause.effect.caveat)
-    if finding.also:
+    if finding.is_ambiguous:
         remarks.append(
             f"{capital(effect_words(finding.cause.effect))} was accepted, though this dive can't tell it from "
-            f"{', '.join(map(words, finding.also))}."
+            f"{', '.join(alike_words(finding))}."
         )
     return remarks
 

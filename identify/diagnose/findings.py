@@ -100,6 +100,7 @@ def findings_of(
                 _with_period_interval(cause, parameters_of(fit, k), explanation),
                 explanation.fit.gain - others.gain,
                 feedforward_gain(cause, _others(explanation, k), missing, explanation.now, braking),
+                group.thrusters,
             )
         )
     if FEEDBACK_DOFS & set(explanation.now.feedback_unrecorded):

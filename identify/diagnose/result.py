@@ -46,7 +46,8 @@ class Finding:
     """A cause that was found, likely or merely possible.
 
     also: names of its ambiguity group; likeness: |cosine| of each; probability: that it, or a member of `also`, is
-    present; gain_nats: saved on held-out pieces in addition to the other causes.
+    present; gain_nats: saved on held-out pieces in addition to the other causes. other_thrusters: numbers of those of
+    which it does as well.
     """
 
     cause: Cause
@@ -56,10 +57,16 @@ class Finding:
     parameters: dict[str, Value]
     gain_nats: float
     feedforward: Gain | None = None
+    other_thrusters: tuple[int, ...] = ()
 
     @property
     def name(self) -> str:
         return self.cause.effect.name
+
+    @property
+    def is_ambiguous(self) -> bool:
+        """Whether this dive can't tell it from another cause, or its thruster from another."""
+        return bool(self.also or self.other_thrusters)
 
 
 @dataclass(frozen=True)
@@ -339,6 +346,7 @@ def plain_effect(finding: Finding) -> dict[str, Any]:
             }
             for name, value in finding.parameters.items()
         },
+        **({"other_thrusters": list(finding.other_thrusters)} if finding.other_thrusters else {}),
         **({"since_s": effect.since_s} if (effect := finding.cause.effect).since_s else {}),
         "feedforward_gain": None if gain is None else {"before": gain.before_m_s, "after": gain.after_m_s},
     }

@@ -217,8 +217,8 @@ def share_left(verdict: Verdict, closes: float) -> float:
 
 
 def next_of(findings: Sequence[Finding], library: Sequence[Effect]) -> Next | None:
-    """Manoeuvres and sensors that separate the ambiguous causes; None without ambiguity."""
-    doubtful = [cause for cause in findings if cause.also]
+    """Manoeuvres and sensors that separate the ambiguous causes, or the thrusters of one; None without ambiguity."""
+    doubtful = [cause for cause in findings if cause.is_ambiguous]
     if not doubtful:
         return None
     by_name = {effect.name: effect for effect in reversed(library)}
@@ -227,7 +227,7 @@ def next_of(findings: Sequence[Finding], library: Sequence[Effect]) -> Next | No
     return Next(
         _each_once(way for separation in separations for way in separation.manoeuvres),
         _each_once(sensor for separation in separations for sensor in separation.sensors),
-        _each_once(names),
+        _each_once(name for cause in doubtful if cause.also for name in (cause.name, *cause.also)),
     )
 
 

@@ -191,7 +191,7 @@ def _what(d: Diagnosis) -> Section:
     for finding in d.findings:
         lines += [
             cause_words.cause_sentence(finding),
-            *([cause_words.alike_sentence(finding)] if finding.also else []),
+            *([cause_words.alike_sentence(finding)] if finding.is_ambiguous else []),
         ]
     lines += [LIKENESS] if any(cause.also for cause in d.findings) else []
     lines += wording.character_lines(d)

@@ -215,7 +215,7 @@ def _cause(finding: Finding) -> dict[str, Any]:
         "name": cause_words.name_of(finding),
         "gain_nats": finding.gain_nats,
         "sentence": cause_words.cause_sentence(finding),
-        "alike": cause_words.alike_sentence(finding) if finding.also else "",
+        "alike": cause_words.alike_sentence(finding) if finding.is_ambiguous else "",
         "changed": finding.cause.effect.variant == cause_words.SINCE,
         "values": [
             cause_words.value_words(name, value)

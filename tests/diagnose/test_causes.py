@@ -20,8 +20,11 @@ from identify.diagnose.causes.confidence import chi_squared, covariance_of, with
 from identify.diagnose.causes.requirement import remainder_nats
 from identify.diagnose.causes.search import explained_by
 from identify.diagnose.causes.weighing import Fitted
+from identify.diagnose.filters.nominal import refitted
 from identify.diagnose.findings import parameters_of, strongest_first, trials_of
-from identify.diagnose.result import Disturbance, Finding
+from identify.diagnose.result import Disturbance, Finding, plain_effect
+from identify.diagnose.verdict import next_of
+from identify.diagnose.words.causes import name_of
 from identify.effects.actuators import DEAD_ZONE, SATURATION, weak
 from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT, waves
@@ -493,3 +496,19 @@ def test_the_search_begins_with_the_current_along_which_a_vehicle_drifts_on_ever
     assert [cause.effect.name for cause in causes] == ["steady_current"] * begins
     for cause in causes:
         np.testing.assert_allclose(cause.values, (0.0, 0.3), atol=1e-9)
+
+
+def test_a_thruster_that_does_as_well_as_the_named_one_is_told_beside_it_with_what_would_tell(nominal):
+    """Upright thrusters on one side of a hull whose pitch no sensor shows push alike."""
+    named, twin, other = weak(2), replace(weak(2), number=7), weak(3)
+    act = named.act(nominal.course, np.array([0.1]))
+    spoilt = replace(refitted(nominal, [act.times(-1.0)]), acts=(), course=nominal.course)
+    explanation = explained(spoilt, named, twin, other)
+    number = explanation.causes[0].effect.number
+    group = ambiguity_of(explanation, 0)
+    assert (group.names, {number, *group.thrusters}) == ((), {2, 7})
+    finding = Finding(explanation.causes[0], (), {}, 0.9, {}, 30.0, other_thrusters=group.thrusters)
+    assert sorted(name_of(finding).split(" or ")) == ["weak thruster 2", "weak thruster 7"]
+    dive = next_of([finding], [named])
+    assert (dive.manoeuvres, dive.splits) == (("pulses of one thruster at a time",), ())
+    assert plain_effect(finding)["other_thrusters"] == list(group.thrusters)

@@ -30,12 +30,13 @@ class AmbiguityGroup:
 
     names: causes that do as well; likeness: |cosine| of their columns with the cause's, nominal model and other
     causes projected out; margin_nats: gain over the best explanation without any of them, and over what the forms of
-    the other causes may leave.
+    the other causes may leave. thrusters: numbers of others of which the cause does as well.
     """
 
     names: tuple[str, ...]
     likeness: dict[str, float]
     margin_nats: float
+    thrusters: tuple[int, ...] = ()
 
 
 def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
@@ -45,14 +46,19 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
     others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
     names: list[str] = []
     likeness: dict[str, float] = {}
+    thrusters: list[int] = []
     # The remainder of the other forms speaks against the presence of the cause, not against its name.
     best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), cause_k)
     nearly = max(nats_apart(fit, others), LEAST_APART)
     for _, _, cause in ranked_candidates(weighing.candidates_with_fit(others), others)[:LOOKED_AT]:
-        if cause.effect.name == cause_k.effect.name:
+        if cause.key == cause_k.key:
             continue
         tried = weighing.fitted((*others.causes, cause))
         if len(tried.causes) <= len(others.causes):
+            continue
+        if cause.effect.name == cause_k.effect.name:
+            if tried.gain > fit.gain - nearly and cause.effect.number not in thrusters:
+                thrusters.append(cause.effect.number)
             continue
         if tried.gain > fit.gain - nearly:
             alike = cosine(weighing, others, cause_k, tried.causes[-1])
@@ -61,7 +67,7 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
                 likeness[cause.effect.name] = alike
         else:
             best_apart = max(best_apart, tried.gain)
-    return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart)
+    return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart, tuple(sorted(thrusters)))
 
 
 def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:

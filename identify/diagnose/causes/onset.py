@@ -50,7 +50,8 @@ def with_beginnings(search: Search, library: Sequence[Effect], start_s: float) -
 
 
 def _likely_beginnings(weighing: Weighing, fit: Fitted, start_s: float) -> tuple[Effect, ...]:
-    """Every effect that may begin within a dive, at each time at which one of the causes would if they might."""
+    """Every effect that may begin within a dive, from when it likeliest did, and from when each cause that did began;
+    none if no cause did."""
     sudden = [effect for effect in weighing.library if effect.sudden]
     others = [fit, *(weighing.fitted(without(fit.causes, k)) for k in range(len(fit.causes)))]
     residuals = [_Residual.of(weighing, each, start_s) for each in others]
@@ -63,7 +64,8 @@ def _likely_beginnings(weighing: Weighing, fit: Fitted, start_s: float) -> tuple
     wider = replace(weighing, library=(*weighing.library, *every))
     found = improved(wider, wider.fitted(fit.causes))
     begun_s = {cause.effect.since_s for cause in found.causes if cause.effect.since_s}
-    return tuple(beginning(effect, at_s, start_s) for at_s in sorted(begun_s) for effect in sudden)
+    alike = (beginning(effect, at_s, start_s) for at_s in sorted(begun_s) for effect in sudden)
+    return tuple({effect.label: effect for effect in (*every, *alike)}.values()) if begun_s else ()
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,13 @@ SINCE = "since it was accepted"
 
 def name_of(finding: Finding) -> str:
     """The cause and its ambiguity group: `thruster lag or command delay`."""
-    return " or ".join((effect_words(finding.cause.effect), *map(words, finding.also)))
+    return " or ".join((effect_words(finding.cause.effect), *alike_words(finding)))
+
+
+def alike_words(finding: Finding) -> tuple[str, ...]:
+    """The causes that a dive can't tell from a cause: the same of other thrusters, then others."""
+    others = (of_thruster(finding.name, number) for number in finding.other_thrusters)
+    return (*others, *map(words, finding.also))
 
 
 def effect_words(effect: Effect) -> str:
@@ -88,12 +94,8 @@ def cause_sentence(finding: Finding) -> str:
 
 def alike_sentence(finding: Finding) -> str:
     """A cause's ambiguity group, and how to resolve it."""
-    alike = " or ".join(
-        f"{words(name)} (likeness {fixed(finding.likeness[name], 2)})"
-        if name in finding.likeness
-        else words(name)
-        for name in finding.also
-    )
+    likeness = {words(name): f" (likeness {fixed(value, 2)})" for name, value in finding.likeness.items()}
+    alike = " or ".join(f"{name}{likeness.get(name, '')}" for name in alike_words(finding))
     return f"This dive can't tell it from {alike}; what would: {'; '.join(finding.cause.effect.separation.every)}."
 
 
@@ -108,7 +110,7 @@ def mm_s(value_m_s: float) -> str:
 def cause_line(finding: Finding) -> str:
     values = [value_words(name, value) for name, value in shown_parameters(finding).items()]
     parameters = f" Fitted: {', '.join(values)}." if values else ""
-    doubt = f" {alike_sentence(finding)}" if finding.also else ""
+    doubt = f" {alike_sentence(finding)}" if finding.is_ambiguous else ""
     return f"{cause_sentence(finding)}{parameters}{doubt}"
 
 

@@ -16,6 +16,7 @@ from identify.diagnose.shrink.shrunk import LIKELY, Shrink
 from identify.diagnose.verdict import swallowing
 from identify.diagnose.words.causes import (
     SINCE,
+    alike_words,
     cause_line,
     effect_words,
     name_of,
@@ -108,9 +109,9 @@ def _verdict(diagnosis: Diagnosis) -> str:
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
     alike = [
-        f"{effect_words(cause.cause.effect)} from {' or '.join(map(words, cause.also))}"
+        f"{effect_words(cause.cause.effect)} from {' or '.join(alike_words(cause))}"
         for cause in likely
-        if cause.also
+        if cause.is_ambiguous
     ]
     doubt = f", but this dive can't tell {listed(alike)}" if alike else ""
     partly = diagnosis.verdict == "partly"
