@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from fakes.vehicle import FakeVehicle
 from ideal import LIMITS
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import reports
 from bridge.errors import ConfigError, LinkError, LinkLost
@@ -230,6 +231,13 @@ def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_p
     vehicle.mute = True
     crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
     with pytest.raises(LinkError, match="no vehicle within 5 s"):
+        crew.find(5)
+
+
+def test_beside_an_autopilot_that_is_not_supported_fly_says_so_and_what_works(tmp_path):
+    vehicle = FakeVehicle(autopilot=dialect.MAV_AUTOPILOT_PX4)
+    crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
+    with pytest.raises(LinkError, match="PX4 is not supported.*what works: record, watch, import"):
         crew.find(5)
 
 
