@@ -44,6 +44,6 @@ def records_nothing(autopilot: int) -> str:
     return (
         ""
         if autopilot in _NONE
-        else "an autopilot alone keeps no recording to fetch: start seatrial bridge beside it, with --ring, or take the "
-        "autopilot's own log, which import and identify read"
+        else "an autopilot alone keeps no recording to fetch: start seatrial bridge beside it, with --ring, or take "
+        "the autopilot's own log, which import and identify read"
     )

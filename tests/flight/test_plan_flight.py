@@ -237,7 +237,7 @@ def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_p
 def test_beside_an_autopilot_that_is_not_supported_fly_says_so_and_what_works(tmp_path):
     vehicle = FakeVehicle(autopilot=dialect.MAV_AUTOPILOT_PX4)
     crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
-    with pytest.raises(LinkError, match="PX4 is not supported.*what works: record, watch, import"):
+    with pytest.raises(LinkError, match=r"PX4 is not supported.*what works: record, watch, import"):
         crew.find(5)
 
 
