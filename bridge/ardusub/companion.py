@@ -282,6 +282,9 @@ class Companion:
         if answer.get_type() == "COMMAND_ACK":
             self.rates.on_ack(answer, now_s)
             return
+        if answer.get_type() == "AUTOPILOT_VERSION":
+            self.settings.on_version(answer.flight_sw_version)
+            return
         starting = self.handover.starting
         self.handover.on_value(answer.param_id, answer.param_value, now_s)
         if starting and self.handover.value == self.heard.system:

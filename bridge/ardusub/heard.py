@@ -21,6 +21,11 @@ FRESH_S: Final = 0.5
 SWITCH_FRESH_S: Final = 3.0
 """The joystick's gain and switches are asked for at 2 Hz."""
 
+_ANSWERS: Final = (
+    dialect.MAVLINK_MSG_ID_PARAM_VALUE,
+    dialect.MAVLINK_MSG_ID_COMMAND_ACK,
+    dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
+)
 _NO_VOLTAGE_MV: Final = 65535
 _SWITCHES: Final = {b"PilotGain": "gain", b"InputHold": "input_hold", b"RollPitch": "roll_pitch"}
 _NAMED: Final = struct.Struct("<If10s")
@@ -87,7 +92,7 @@ class Heard:
             message = decode(frame)
             if message is not None and 0 < message.voltage_battery < _NO_VOLTAGE_MV:
                 self.voltage_v, self.voltage_s = 1e-3 * message.voltage_battery, now_s
-        elif number in (dialect.MAVLINK_MSG_ID_PARAM_VALUE, dialect.MAVLINK_MSG_ID_COMMAND_ACK):
+        elif number in _ANSWERS:
             return decode(frame)
         return None
 

@@ -1,4 +1,4 @@
-"""The few parameters of the autopilot that a companion depends on, and which of them do not fit.
+"""The version of the autopilot and its few parameters that a companion depends on, and which of them do not fit.
 
 The companion writes none of them: a crew sets them once, and a check says so in a sentence.
 """
@@ -18,18 +18,24 @@ from bridge.firmware.ardusub import (
     MOTOR_FACTORS,
     PILOT,
     PILOT_FAILSAFE,
+    TRIED_FROM,
     WARNS_ALONE,
     direction_name,
     function_name,
+    version_of,
 )
 from bridge.firmware.questions import Questions
 
 RENEW_S: Final = 2.0
 """One is read anew so often, in turn: a crew changes them, and an echo or an answer may be lost."""
+VERSION_AGAIN_S: Final = 2.0
+VERSION_ANEW_S: Final = 30.0
+"""A crew may update the firmware while the companion runs."""
+_NO_VERSION: Final = (0, 0, 0)
 
 
 class Settings(Questions):
-    """The parameters that a companion depends on."""
+    """The parameters that a companion depends on, and the firmware's version, 0.0.0 where it is not known."""
 
     def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
         self._thrusters, self._has_dvl = thrusters, has_dvl
@@ -43,9 +49,28 @@ class Settings(Questions):
         # The pilot's is read by the handover, which counts its own reads alone.
         self._renewed = [*self._wiring, FAILSAFE, PILOT_FAILSAFE, *others]
         self._renew_s, self._turn = math.inf, 0
+        self.version, self._version_due_s = _NO_VERSION, -math.inf
 
     def step(self, now_s: float) -> list[Any]:
-        """The question to send now: for each unknown setting, later for each again, except SYSID_MYGCS."""
+        """The questions to send now: for each unknown setting, later for each again, except SYSID_MYGCS."""
+        return [*self._ask_version(now_s), *self._ask_setting(now_s)]
+
+    def on_version(self, number: int) -> None:
+        """An AUTOPILOT_VERSION of the autopilot's own component arrived, with this flight_sw_version."""
+        self.version = version_of(number)
+
+    def _ask_version(self, now_s: float) -> list[Any]:
+        if now_s < self._version_due_s:
+            return []
+        self._version_due_s = now_s + (VERSION_AGAIN_S if self.version == _NO_VERSION else VERSION_ANEW_S)
+        wanted = float(dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+        return [
+            dialect.MAVLink_command_long_message(
+                *self._target, dialect.MAV_CMD_REQUEST_MESSAGE, 0, wanted, 0, 0, 0, 0, 0, 0
+            )
+        ]
+
+    def _ask_setting(self, now_s: float) -> list[Any]:
         if not self.complete:
             self._renew_s = now_s + RENEW_S
             return super().step(now_s)
@@ -65,6 +90,8 @@ class Settings(Questions):
         """Why the companion may not hold the sticks, and the way out; "" if it may."""
         if not self.complete:
             return "the autopilot's parameters are not read yet"
+        if _NO_VERSION < self.version < TRIED_FROM:
+            return f"ArduSub {'.'.join(map(str, self.version))} is too old: update it to 4.5 or 4.6"
         if self.values[FRAME] not in MOTOR_FACTORS:
             return f"{FRAME} {self.values[FRAME]:g} is not supported: 1 (vectored) and 2 (vectored_6dof) are"
         if self._thrusters != len(MOTOR_FACTORS[int(self.values[FRAME])]):

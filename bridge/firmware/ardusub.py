@@ -43,6 +43,9 @@ WARNS_ALONE: Final = 1
 DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
 """Settings with which VISION_POSITION_DELTA is taken for velocity (measured, 4.5.7)."""
 
+TRIED_FROM: Final = (4, 5)
+"""The oldest version, major and minor, with which a companion was tried."""
+
 COUPLING: Final = "MOT_FV_CPLNG_K"
 COUPLED: Final = (1,)
 """Frames in which COUPLING times the vertical input bounds the forward input (AP_Motors6DOF.cpp)."""
@@ -50,6 +53,12 @@ COUPLED: Final = (1,)
 STABILIZE, ALT_HOLD, MANUAL = 0, 2, 19
 FLOWN_BY_STICKS: Final = (STABILIZE, ALT_HOLD, MANUAL)
 """Modes in which surge and sway go from the stick to the mixer; yaw does in MANUAL alone (measured, 4.5.7)."""
+
+
+def version_of(number: int) -> tuple[int, int, int]:
+    """Major, minor and patch of the flight_sw_version in AUTOPILOT_VERSION: a byte for each, and one for the kind."""
+    major, minor, patch, _ = number.to_bytes(4, "big")
+    return major, minor, patch
 
 
 def function_name(output: int) -> str:
@@ -120,8 +129,8 @@ def _hints(values: Mapping[str, float]) -> tuple[str, ...]:
     system = values.get("SYSID_THISMAV", 1.0)
     if values.get(PILOT) == system:
         said.append(
-            f"{PILOT} is {system:g}, the vehicle's own system: a companion held the sticks and did not give them "
-            "back, and no ground station's sticks are taken; start the companion again, which puts it back, or set "
+            f"{PILOT} is {system:g}, the vehicle's own system, at the log's end: a companion held the sticks. Where "
+            "none runs any more no ground station's sticks are taken: start it again, which puts it back, or set "
             f"{PILOT} to the ground station's own, usually 255."
         )
     said += [

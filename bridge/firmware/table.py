@@ -37,3 +37,13 @@ def alone(autopilot: int) -> str:
     return (
         not_supported(autopilot) if firmware is None else f"an autopilot alone has no FF_MODE: {firmware.way}"
     )
+
+
+def records_nothing(autopilot: int) -> str:
+    """A sentence on an autopilot that is asked for the recording of a bridge; "" for a component that is none."""
+    return (
+        ""
+        if autopilot in _NONE
+        else "an autopilot alone keeps no recording to fetch: start seatrial bridge beside it, with --ring, or take "
+        "the autopilot's own log, which import and identify read"
+    )

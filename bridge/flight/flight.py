@@ -157,10 +157,11 @@ class Flight:
         navigation = known_at(seen.navigation, seen.time_s)
         if blind := _blind(navigation):
             return LACKING[blind]
-        if limits.altitude_m and not navigation.altitude_m >= limits.altitude_m:
-            return "altitude too low or unknown"
-        if limits.battery_v and not navigation.voltage_v >= limits.battery_v:
-            return "battery too low or unknown"
+        altitude, battery = navigation.altitude_m, navigation.voltage_v
+        if low := _low("altitude", altitude, "m", limits.altitude_m, "altitude_m"):
+            return low
+        if low := _low("battery", battery, "V", limits.battery_v, "battery_v"):
+            return low
         self._limits = limits
         self._began = self.pose = Pose(0.0, 0.0, navigation.depth_m, navigation.heading_rad)
         self._station = Pose(0.0, 0.0, depth_m, navigation.heading_rad)
@@ -323,6 +324,15 @@ class Flight:
     def _idle(self, end: End) -> None:
         self.disarms = self.disarms or (self.state is State.COUNTDOWN and end is not End.STICKS)
         self.state, self.end = State.IDLE, end
+
+
+def _low(what: str, value: float, unit: str, least: float, limit: str) -> str:
+    """Why no flight may begin with so little of what a limit bounds, 0 for no limit; "" if it may."""
+    if not least or value >= least:
+        return ""
+    if math.isnan(value):
+        return f"no {what} measured: mend its sensor, or set {limit} 0 in the limits"
+    return f"{what} is {value:.1f} {unit}, below {limit} {least:g} of the limits"
 
 
 def _blind(navigation: Navigation) -> End:

@@ -16,6 +16,7 @@ from bridge.errors import LinkError, LinkTimeout
 from bridge.firmware.description import AUTOPILOT
 from bridge.firmware.questions import Questions
 from bridge.firmware.rates import Rates
+from bridge.firmware.table import not_supported
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Frame, Framer
 from bridge.wire.framing import decode as decode_message
@@ -139,7 +140,8 @@ class Crew:
             )
         if not flying and heard:
             raise LinkError(
-                "this vehicle flies no manoeuvres by itself: beside ArduSub start seatrial bridge --ardusub, or fly "
+                self._not_supported(system)
+                or "this vehicle flies no manoeuvres by itself: beside ArduSub start seatrial bridge --ardusub, or fly "
                 "the plan by hand, as it says"
             )
         if not flying:
@@ -147,6 +149,14 @@ class Crew:
         vehicle = flying.pop()
         self._session = FlightSession(vehicle, number)
         return self._session
+
+    def _not_supported(self, system: int | None) -> str:
+        """A sentence on an autopilot beside which nothing flies a plan; "" where none such beats."""
+        beats = [
+            p.heartbeat for p in self._peers if p.heartbeat is not None and system in (None, p.source[0])
+        ]
+        sentences = (not_supported(beat.autopilot) for beat in beats if beat.is_autopilot)
+        return next(filter(None, sentences), "")
 
     @property
     def fault(self) -> str:

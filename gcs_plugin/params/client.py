@@ -5,6 +5,8 @@ from collections.abc import Callable
 from threading import Event
 from typing import Final
 
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
 from bridge.clock import Clock
 from bridge.errors import LinkError, LinkLost, LinkTimeout
 from bridge.links.link import Link
@@ -75,6 +77,16 @@ class ParameterClient:
     def vehicle(self) -> Source:
         """System and component of the vehicle."""
         return self.session.vehicle
+
+    @property
+    def autopilot(self) -> int:
+        """MAV_AUTOPILOT of the component in use."""
+        peer = self._peers.get(self.vehicle)
+        return (
+            dialect.MAV_AUTOPILOT_INVALID
+            if peer is None or peer.heartbeat is None
+            else peer.heartbeat.autopilot
+        )
 
     @property
     def thrusters(self) -> Source:

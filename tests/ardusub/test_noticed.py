@@ -84,6 +84,17 @@ def test_what_is_wrong_is_said_with_the_way_out_and_the_sticks_are_not_taken(cha
     assert not fake.writes
 
 
+def test_a_firmware_older_than_was_tried_is_said_and_once_it_is_updated_the_sticks_are_taken():
+    fake, aboard, pilot = afloat({})
+    fake.version = (4, 1, 2)
+    sentence = "no feed-forward: ArduSub 4.1.2 is too old: update it to 4.5 or 4.6"
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
+    fake.run(2.0, aboard, pilot)
+    assert not taken(aboard)
+    fake.version = (4, 5, 0)
+    assert fake.until(lambda: taken(aboard), 40.0, aboard, pilot), pilot.texts()
+
+
 def test_a_file_that_is_wired_as_the_vehicle_is_taken():
     fake, aboard, pilot = afloat(SWAPPED, fitted((4, 2, 3, 1, 5, 6)))
     assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), pilot.texts()

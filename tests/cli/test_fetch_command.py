@@ -7,6 +7,8 @@ import pytest
 from diving_vehicle import Dive
 from fakes.recordings import raws
 from fakes.telling import telling
+from fakes.vehicle import FakeVehicle
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
@@ -69,6 +71,19 @@ def test_the_newest_dive_is_made_whole_by_one_command(dive, folder, fetch, capsy
     assert answer["recording"] == str(folder.path / WHOLE)
     assert answer["missing"] == answer["frames"] - len(dive.heard) > 50
     assert "had not been heard; the dive is whole in" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("autopilot", [dialect.MAV_AUTOPILOT_ARDUPILOTMEGA, dialect.MAV_AUTOPILOT_PX4])
+def test_an_autopilot_without_a_bridge_has_no_recording_and_is_asked_for_none(
+    monkeypatch, tmp_path, capsys, autopilot
+):
+    vehicle = FakeVehicle(autopilot=autopilot)
+    monkeypatch.setattr("tui.links.link_for", lambda *_: vehicle)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    words = ("fetch", "--new", "--out", str(tmp_path), "--link", "udpin:127.0.0.1:14550")
+    assert cli.main(words) == exit_codes.LINK
+    assert "an autopilot alone keeps no recording to fetch: start seatrial bridge" in capsys.readouterr().err
+    assert "FILE_TRANSFER_PROTOCOL" not in vehicle.heard
 
 
 def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(dive, fetch, tmp_path, capsys):

@@ -96,6 +96,7 @@ class Ardusub:
         # A link without streams: the joystick's switches (251) come only with the stream that carries them.
         self.intervals = dict(UNASKED)
         self.says_switches = True
+        self.version = (4, 5, 7)
         self.kind = (dialect.MAV_TYPE_SUBMARINE, dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
         self.due = dict.fromkeys(self.intervals, 0.0)
         self.waiting = deque()
@@ -198,6 +199,14 @@ class Ardusub:
             return
         if command == dialect.MAV_CMD_DO_SET_MODE:
             self.mode = int(message.param2)
+            return
+        if command == dialect.MAV_CMD_REQUEST_MESSAGE and first == dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+            number = int.from_bytes((*self.version, 255), "big")
+            self.send(
+                dialect.MAVLink_autopilot_version_message(
+                    0, number, 0, 0, 0, (0,) * 8, (0,) * 8, (0,) * 8, 0, 0, 0
+                )
+            )
             return
         restarts = command == dialect.MAV_CMD_SCRIPTING and first == 3.0
         reboots = command == dialect.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN and first == 1.0 and not self.armed

@@ -219,8 +219,10 @@ REFUSED = {
     "no attitude: see why the IMU, or the autopilot in its place, is silent": fault("imu_s", 90.0),
     "no depth: see why the depth sensor, or the autopilot in its place, is silent": fault("depth_s", 90.0),
     "sticks are not at rest": fault("touched", True),
-    "battery too low or unknown": fault("voltage_v", math.nan),
-    "altitude too low or unknown": fault("altitude_m", 0.5),
+    "no battery measured: mend its sensor, or set battery_v 0 in the limits": fault("voltage_v", math.nan),
+    "battery is 12.0 V, below battery_v 13 of the limits": fault("voltage_v", 12.0),
+    "no altitude measured: mend its sensor, or set altitude_m 0 in the limits": fault("altitude_m", math.nan),
+    "altitude is 0.5 m, below altitude_m 1 of the limits": fault("altitude_m", 0.5),
 }
 
 

@@ -4,12 +4,14 @@ import json
 import math
 import os
 import signal
+import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from fakes.vehicle import FakeVehicle
 from ideal import LIMITS
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import reports
 from bridge.errors import ConfigError, LinkError, LinkLost
@@ -22,6 +24,7 @@ from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
 from gcs_plugin.dives.folder import DiveFolder, new_folder
 from gcs_plugin.dives.recordings import length_s
+from gcs_plugin.feedforward.off_orders import OffMarks
 from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, known_so_far
@@ -233,6 +236,13 @@ def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_p
         crew.find(5)
 
 
+def test_beside_an_autopilot_that_is_not_supported_fly_says_so_and_what_works(tmp_path):
+    vehicle = FakeVehicle(autopilot=dialect.MAV_AUTOPILOT_PX4)
+    crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
+    with pytest.raises(LinkError, match=r"PX4 is not supported.*what works: record, watch, import"):
+        crew.find(5)
+
+
 def test_widths_are_half_the_interval_over_the_value_and_unknown_where_not_identifiable():
     known = estimate("M_u", 100.0, 1.0, 98.0, 102.0)
     unknown = estimate("D_u", 50.0, 30.0, 1.0, 120.0, "the dive says too little")
@@ -441,7 +451,7 @@ def forecast(folder, **widths):
 
 def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, capsys, monkeypatch):
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
-    monkeypatch.setattr(calibrate, "step", lambda *_: forecast(files / "dives", D_u=0.066))
+    monkeypatch.setattr(calibrate, "step", lambda *_, **__: forecast(files / "dives", D_u=0.066))
     assert cli.main(CALIBRATE) == 1
     said = " ".join(capsys.readouterr().out.split())
     assert (
@@ -466,7 +476,7 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
     taken = names[: names.index(ends_at) + 1]
     steps, codes = [], {name: int(name == ends_at) for name in taken}
 
-    def step(name, *words):
+    def step(name, *words, **_):
         steps.append((name, *words))
         return forecast(files / "dives") if name == "plan" else codes[name]
 
@@ -483,11 +493,35 @@ def test_calibrate_takes_each_step_in_turn_and_ends_with_the_first_that_says_no(
     assert way_out.replace(" ", "") in last
 
 
+@pytest.mark.parametrize(
+    ("ordered", "code"), [(False, 0), (True, 1)], ids=["", "an OFF of another program meanwhile"]
+)
+def test_calibrate_ends_in_shadow_unless_off_was_ordered_while_it_ran(files, monkeypatch, ordered, code):
+    flown(monkeypatch, 30.0)
+    forecast(files)
+    vehicle = FakeVehicle()
+    vehicle.chatters = True
+    vehicle.give_a_model()
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: vehicle)
+    monkeypatch.setattr("bridge.clock.SystemClock", lambda: vehicle.clock)
+    off = dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", 0.0, dialect.MAV_PARAM_TYPE_REAL32)
+    switches = calibrate.step
+
+    def step(name, *words, **options):
+        if name == "params" and ordered:
+            OffMarks().mark([off])
+        return switches(name, *words, **options) if name == "ff" else 0
+
+    monkeypatch.setattr(calibrate, "step", step)
+    assert cli.main([*CALIBRATE, "--plan", "calibrate-plan.yaml"], time.time()) == code
+    assert vehicle.server.mode == (0 if ordered else 1)
+
+
 def test_calibrate_flies_the_plan_that_was_read_and_makes_no_other(files, monkeypatch):
     on_a_simulated_vehicle(monkeypatch, {"M_u": 0.01, "D_u": 0.02})
     forecast(files)
     steps = []
-    monkeypatch.setattr(calibrate, "step", lambda name, *_: steps.append(name) or 0)
+    monkeypatch.setattr(calibrate, "step", lambda name, *_, **__: steps.append(name) or 0)
     assert cli.main([*CALIBRATE, "--plan", "calibrate-plan.yaml"]) == 0
     assert steps == ["identify", "params", "ff"]
 
@@ -496,7 +530,7 @@ def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, m
     flown(monkeypatch, math.nan)
     steps = []
 
-    def step(name, *words):
+    def step(name, *words, **_):
         steps.append((name, *words))
         return forecast(files / "dives")
 

@@ -5,6 +5,7 @@ import math
 import struct
 from contextlib import nullcontext
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,6 +25,7 @@ from identify.ingest.open import read_dive
 from identify.run.vehicle_of_log import guess
 from tui.cli import main
 
+DATA = Path(__file__).resolve().parents[1] / "data"
 FILE = load_vehicle("bluerov2")
 PLAIN = {"FRAME_CONFIG": 1.0} | {f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1, 7)}
 MOTORS = {"vectored": 6, "vectored_6dof": 8}
@@ -215,6 +217,22 @@ def test_a_motor_that_hardly_ran_is_not_called_reversed():
     pwm[:, 4] = 1500.0
     miswiring = miswired(replace(dive, pwm=Signal(dive.pwm.time_s, pwm)), FILE, "standard")
     assert miswiring.reversed == (1, 2)
+
+
+def test_a_turn_that_the_sea_makes_does_not_call_a_motor_reversed_that_hardly_runs():
+    """16 s of pushes ahead and aside at once beside the firmware, by motors 2 and 3; turned, motor 1 goes with the
+    rate of turn by chance, whose changes go with the given wiring."""
+    with np.load(DATA / "pushed_aslant.npz") as flown:
+        time_s, nu, command_s, pwm = (flown[name].astype(float) for name in flown.files)
+    still = np.zeros_like(time_s)
+    level = np.tile((1.0, 0.0, 0.0, 0.0), (len(time_s), 1))
+    signals = {
+        "velocity": Signal(time_s, nu[:, :3]),
+        "gyro": Signal(time_s, np.column_stack([still, still, nu[:, 3]])),
+        "attitude": Signal(time_s, level),
+        "pwm": Signal(command_s, pwm),
+    }
+    assert miswired(Dive("d", FILE.path, "0" * 64, **signals), FILE, "standard") is None
 
 
 def test_reversed_motors_speak_against_every_mass_and_damping():

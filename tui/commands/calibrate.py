@@ -95,7 +95,8 @@ def run(arguments: argparse.Namespace) -> int:
         "ff": f"the model is in the vehicle, and not in shadow: mend what it says, then seatrial ff {Mode.SHADOW.word}",
     }
     for name, words in steps.items():
-        code = done["steps"][name] = step(name, *words)
+        # An OFF that was ordered at any time of all this wins over the shadow at its end.
+        code = done["steps"][name] = step(name, *words, began_unix_s=arguments.began_unix_s)
         if code != exit_codes.DONE:
             tell(f"calibrate ends at {name}: {ways_out[name]}")
             break
@@ -144,7 +145,9 @@ def plan_limits(limits: FlightLimits) -> dict[str, str]:
     }
 
 
-def step(name: str, *words: str) -> int:
-    """Run a verb as its own command line would, and return its exit code."""
+def step(name: str, *words: str, began_unix_s: float = math.inf) -> int:
+    """Run a verb as its own command line would, and return its exit code; `began_unix_s` as in `tui.cli.main`."""
     fly.tell(show.words(), f"calibrate: {name}")
-    return int(module_of(name).run(verb_parser(name).parse_args(words)))
+    arguments = verb_parser(name).parse_args(words)
+    arguments.began_unix_s = began_unix_s
+    return int(module_of(name).run(arguments))

@@ -11,6 +11,7 @@ from bridge import exit_codes
 from bridge.clock import Clock
 from bridge.errors import LinkError, LogError, NotOfThisDive
 from bridge.exit_codes import UsageError
+from bridge.firmware.table import records_nothing
 from bridge.links import secured
 from bridge.links.link import Link
 from bridge.text import say_warning
@@ -69,7 +70,10 @@ def run(arguments: argparse.Namespace) -> int:
             if folder is not None:
                 done = fetcher.whole(folder)
             else:
-                vehicle = ParameterClient(link, clock).find_vehicle(FIND_S, arguments.system)
+                client = ParameterClient(link, clock)
+                vehicle = client.find_vehicle(FIND_S, arguments.system)
+                if why := records_nothing(client.autopilot):
+                    raise LinkError(f"vehicle {vehicle[0]}: {why}")
                 name = arguments.name or about.configuration
                 done = fetcher.new(Path(arguments.out), vehicle, arguments.minutes, name, about)
     except (LinkError, LogError) as error:

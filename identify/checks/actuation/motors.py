@@ -109,13 +109,24 @@ class _Driven:
     speed: tuple[_Related, ...]
     change: tuple[_Related, ...]
 
-    def follows(self, effects: Array) -> Array:
-        """Correlation (w,) of the speed with the thrusts' effects by each of w wirings (w, k), at the best lag; 0
-        where it does not follow, or its changes go against it."""
+    def size_and_sign(self, effects: Array) -> tuple[Array, Array]:
+        """Correlations (w,) of the speed with the thrusts' effects by each of w wirings (w, k) at the best lag, its
+        size, and of its changes."""
         size = np.max([np.abs(related.correlations(effects)) for related in self.speed], axis=0)
         signed = np.array([related.correlations(effects) for related in self.change])
-        sign = np.take_along_axis(signed, np.abs(signed).argmax(axis=0)[None], axis=0)[0]
+        return size, np.take_along_axis(signed, np.abs(signed).argmax(axis=0)[None], axis=0)[0]
+
+    def follows(self, effects: Array) -> Array:
+        """That of the speed; 0 where it does not follow, or its changes go against it."""
+        size, sign = self.size_and_sign(effects)
         return np.asarray(np.where((size > FOLLOWS) & (sign > HAS_SIGN), size, 0.0))
+
+    def followed(self, effects: Array) -> Array:
+        """That of the speed with the first wiring, held against each of the others: not 0 either where its changes go
+        with the first as well as with the other, however little the speed follows."""
+        size, sign = self.size_and_sign(effects)
+        as_well = (sign[0] > HAS_SIGN) & (sign[0] >= sign)
+        return np.asarray(np.where(as_well, size[0], self.follows(effects)[0]))
 
 
 def following(dive: Dive, file: VehicleFile, configuration_name: str) -> float:
@@ -142,14 +153,15 @@ def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired
         *(((), pair, matrix[:, _exchanged(pair, count)]) for pair in combinations(range(1, count + 1), 2)),
     ]
     effects = np.array([matrix, *(wired for *_, wired in wirings)])
-    followed, *each_follows = np.column_stack([each.follows(effects[:, each.dof]) for each in driven])
+    _, *each_follows = np.column_stack([each.follows(effects[:, each.dof]) for each in driven])
+    _, *each_followed = np.column_stack([each.followed(effects[:, each.dof]) for each in driven])
     judged = max(each_follows, key=lambda values: float(values.sum())) > 0
     if not judged.any():
         return None
     dofs = [each.dof for each in driven]
     tried: list[Miswired] = []
     means = [float(values[judged].mean()) for values in each_follows]
-    for (motors, pair, wired), values in zip(wirings, each_follows, strict=True):
+    for (motors, pair, wired), values, followed in zip(wirings, each_follows, each_followed, strict=True):
         # Where the wiring changes nothing, the motion follows both alike, however wrong the given one is.
         changed = judged & (np.abs(wired - matrix)[dofs].max(axis=1) > LEAST_CHANGE)
         of = changed if changed.any() else judged
