@@ -104,6 +104,7 @@ def draw_vehicle(rng: np.random.Generator, label: str) -> DrawnVehicle:
         thrusters=thrusters,
         thruster_limit_n=limit_n,
         model={},
+        damping="linear",
         net_buoyancy_n=0.0,
     )
     allocator = Allocator(shape, static)

@@ -11,6 +11,7 @@ from soak import rows_rest_in_soak
 from bridge import exit_codes
 from bridge.errors import ConfigError
 from bridge.simulator.truth import load_truth
+from bridge.vehicle.coefficients import QUADRATIC_NAMES
 from bridge.vehicle.config import Configuration, Prior, load_vehicle
 from bridge.vehicle.parameters import vehicle_table
 from identify.challenge.case import dive_of, draw_case
@@ -145,18 +146,22 @@ def test_a_file_that_can_not_be_held_against_a_dive_is_named_with_what_to_do(
     assert says in said
 
 
+MODEL = load_vehicle("bluerov2_heavy").vehicle.configurations["heavy"].model
+
+
 def heavy(folder, **shape) -> Path:
-    """The bundled ROV, with quadratic drag."""
+    """The bundled ROV, less its quadratic drag, with a `shape` of another kind."""
     data = yaml.safe_load(load_vehicle("bluerov2_heavy").path.read_text(encoding="utf-8"))
-    data["configurations"]["heavy"] |= shape
+    linear = {name: value for name, value in MODEL.items() if name not in QUADRATIC_NAMES}
+    data["configurations"]["heavy"] |= {"damping": "linear", "model": linear} | shape
     path = folder / "heavy.yaml"
     path.write_text(yaml.safe_dump(data), encoding="utf-8")
     return path
 
 
 def test_simulator_feed_forward_and_export_take_the_files_quadratic_drag(tmp_path):
-    model = load_vehicle("bluerov2_heavy").vehicle.configurations["heavy"].model | {"X_uu": 141.0}
-    file = load_vehicle(str(heavy(tmp_path, damping="both", model=model)))
+    linear = {name: value for name, value in MODEL.items() if name not in QUADRATIC_NAMES}
+    file = load_vehicle(str(heavy(tmp_path, damping="both", model=linear | {"X_uu": 141.0})))
     assert load_truth(file, "heavy").quadratic == (141.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     assert {row.coefficient: row.default for row in vehicle_table(file.vehicle)}["X_uu"] == 141.0
     assert model_of({"M_u": 20.0}, file, "heavy").quadratic[0] == 141.0
