@@ -315,8 +315,8 @@ def diagnosis_of(case, **more):
 
 @pytest.mark.slow
 def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_change_of_it():
-    with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=110.0)
-    without = draw_case(300051, names=[], seconds=110.0)
+    with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=85.0)
+    without = draw_case(300051, names=[], seconds=85.0)
     first = diagnosis_of(with_drag)
     assert [finding.name for finding in first.findings] == ["quadratic_drag"]
     effects = first.accepted.effects
