@@ -48,19 +48,20 @@ def heard(
     system: int = 1,
 ) -> Path:
     """A `.tlog` from boot second 100 on: rates of turn at 20 Hz, thruster commands at `pwm_hz`, heartbeats."""
-    encoder, data = Encoder(system, component), b""
+    encoder, data = Encoder(system, component), bytearray()
+    every_s = 100.0 + np.arange(round(20 * seconds)) / 20
+    turned = zip(every_s.tolist(), turning.rate_rad_s(every_s).tolist(), turning.pwm_us(every_s), strict=True)
 
     def put(boot_s: float, message: Any) -> bytes:
         return struct.pack(">Q", round((UNIX_S + boot_s + 0.02) * 1e6)) + encoder.encode(message)
 
-    for k in range(round(20 * seconds)):
-        boot_s = 100.0 + k / 20
-        us, rate = round(boot_s * 1e6), float(turning.rate_rad_s(boot_s))
+    for k, (boot_s, rate, pulse_us) in enumerate(turned):
+        us = round(boot_s * 1e6)
         data += put(
             boot_s, mav.MAVLink_highres_imu_message(us, 0, 0, -9.81, 0, 0, rate, 0, 0, 0, 0, 0, 0, 0, 63, 0)
         )
         if k % round(20 / pwm_hz) == 0:
-            pwm = [float(turning.pwm_us(boot_s)), 1500.0, 1500.0, 1500.0, *[0.0] * 28]
+            pwm = [float(pulse_us), 1500.0, 1500.0, 1500.0, *[0.0] * 28]
             data += put(boot_s, mav.MAVLink_actuator_output_status_message(us, 4, pwm))
         if k % 20 == 0:
             data += put(boot_s, mav.MAVLink_heartbeat_message(12, autopilot, 128, 0, 4, 3))
@@ -82,19 +83,19 @@ def logged(
     The rates come out of the autopilot's filter, whose corner is among its parameters.
     """
     parameters = {"INS_GYRO_FILTER": 20.0} | (parameters or {})
-    data, rng = b"", np.random.default_rng(9)
+    data, rng = bytearray(), np.random.default_rng(9)
     for name, (kind, letters, columns) in KINDS.items():
         length = 3 + sum(SIZES[letter] for letter in letters)
         head = struct.pack("<BB4s16s64s", kind, length, name.encode(), letters.encode(), columns.encode())
         data += MAGIC + b"\x80" + head
     for name, value in parameters.items():
         data += MAGIC + b"\x04" + struct.pack("<Q16sf", 1, name.encode(), value)
-    for k in range(round(25 * seconds)):
-        boot_s = start_s + k / 25
+    every_s = start_s + np.arange(round(25 * seconds)) / 25
+    rates = rng.normal(0.0, noise_rad_s, (len(every_s), 3))
+    rates[:, 2] += turning.rate_rad_s(every_s - LATE_S)
+    for boot_s, rate, pulse_us in zip(every_s.tolist(), rates, turning.pwm_us(every_s), strict=True):
         us = round(clock(boot_s) * 1e6)
-        x, y, z = (float(n) for n in rng.normal(0.0, noise_rad_s, 3))
-        z += float(turning.rate_rad_s(boot_s - LATE_S))
-        data += MAGIC + b"\x02" + struct.pack("<QB6f", us, 0, x, y, z, 0.0, 0.0, -9.81)
-        data += MAGIC + b"\x03" + struct.pack("<Q4H", us, int(turning.pwm_us(boot_s)), 1500, 1500, 1500)
+        data += MAGIC + b"\x02" + struct.pack("<QB6f", us, 0, *rate, 0.0, 0.0, -9.81)
+        data += MAGIC + b"\x03" + struct.pack("<Q4H", us, pulse_us, 1500, 1500, 1500)
     path.write_bytes(data)
     return path

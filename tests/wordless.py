@@ -40,12 +40,12 @@ class Wordless(ast.NodeTransformer):
         return node if node.name == "label" else self.generic_visit(node)
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        called = ast.unparse(node.func)
-        return (
-            node
-            if called.startswith("re.") or called.endswith(("strptime", "strftime"))
-            else self.generic_visit(node)
+        called = node.func
+        is_pattern = isinstance(called, ast.Attribute) and (
+            (isinstance(called.value, ast.Name) and called.value.id == "re")
+            or called.attr in ("strptime", "strftime")
         )
+        return node if is_pattern else self.generic_visit(node)
 
     def visit_Expr(self, node: ast.Expr) -> ast.AST:
         return node if isinstance(node.value, ast.Constant) else self.generic_visit(node)

@@ -9,6 +9,7 @@ from fakes.ardusub import Ardusub
 from fakes.ports import free_port
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, orders, ready, taken
+from soak import rows_rest_in_soak
 
 from bridge import exit_codes
 from bridge.ardusub.companion import ANOTHER, APPLET, NO_ARDUSUB
@@ -111,8 +112,8 @@ def test_a_sysid_that_a_crash_left_is_put_back_and_said_even_where_no_file_remem
 @pytest.mark.parametrize(("frame", "value", "says"), [(1.0, 1.0, True), (1.0, 0.0, False), (2.0, 1.0, False)])
 def test_a_coupling_that_cuts_surge_is_said_where_the_frame_has_it(frame, value, says):
     fake, aboard, pilot = afloat({"MOT_FV_CPLNG_K": value, "FRAME_CONFIG": frame})
-    fake.run(20.0, aboard, pilot)
-    assert aboard.companion.settings.complete
+    assert fake.until(lambda: aboard.companion.settings.complete, WAIT_S, aboard, pilot)
+    fake.run(2.0, aboard, pilot)
     said = "surge falls short while it climbs or dives hard: MOT_FV_CPLNG_K is 1, set 0"
     assert (said in pilot.words()) == says
 
@@ -151,7 +152,9 @@ def told(mode, changes=OTHER_FRAME[0]):
     return fake, aboard, pilot
 
 
-@pytest.mark.parametrize(("mode", "times"), [(Mode.BOTH, 2), (Mode.SHADOW, 2), (Mode.OFF, 1)])
+@pytest.mark.parametrize(
+    ("mode", "times"), rows_rest_in_soak([(Mode.BOTH, 2), (Mode.OFF, 1), (Mode.SHADOW, 2)], keep=2)
+)
 def test_a_trouble_is_said_again_every_half_minute_while_a_mode_needs_the_companion(mode, times):
     fake, aboard, pilot = told(mode)
     fake.run(32.0, aboard, pilot)

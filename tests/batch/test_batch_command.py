@@ -66,7 +66,7 @@ def done(dives, tmp_path_factory):
 
 def command(*words):
     dives, out, *rest_ = map(str, words)
-    return cli.main(["batch", dives, "--vehicle", "ruvifist", "--out", out, "--processes", "2", *rest_])
+    return cli.main(["batch", dives, "--vehicle", "ruvifist", "--out", out, "--processes", "1", *rest_])
 
 
 def test_all_dives_identified_is_done(done):

@@ -121,8 +121,21 @@ def cluster_jobs(paths, *functions):
     return [batch_jobs.job_on(path, name, FILE) for path, name in zip(paths, functions, strict=True)]
 
 
+def goes_away_after_the_first(running, tmp_path, visitors):
+    """A scheduler that dies ends a batch after what was done."""
+    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "more", 2), "size", "meet")
+    results = run_on_cluster(todo, running.address)
+    assert next(results).dive == "dive-00"
+    at_work = next(visitors)
+    running.scheduler.kill()
+    with pytest.raises(LinkLost, match="finished dives are kept"), at_work.line:
+        next(results)
+
+
 @pytest.mark.slow
-def test_a_worker_killed_at_its_work_loses_nothing_and_nothing_counts_twice(tmp_path, monkeypatch):
+def test_a_killed_worker_loses_nothing_nothing_counts_twice_and_a_lost_scheduler_ends_the_batch(
+    tmp_path, monkeypatch
+):
     todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 8), "size", "meet")
     with batch_jobs.desk(monkeypatch) as visitors, cluster(tmp_path, workers=2) as running:
         results = run_on_cluster(todo, running.address)
@@ -139,35 +152,23 @@ def test_a_worker_killed_at_its_work_loses_nothing_and_nothing_counts_twice(tmp_
             visitor.go_on()
             finished.append(next(results))
         assert next(results, None) is None
+        goes_away_after_the_first(running, tmp_path, visitors)
     assert doomed.dive in seen
     assert Counter(r.key for r in finished) == Counter(job.key for job in todo)
     assert {r.answer["pid"] for r in finished[1:]} == {other.pid}
 
 
-def test_a_dive_that_kills_each_worker_that_takes_it_is_a_row_to_try_again(tmp_path, monkeypatch):
+def test_a_dive_that_kills_each_worker_is_a_row_to_try_again_and_a_scheduler_without_any_is_told(
+    tmp_path, monkeypatch
+):
     monkeypatch.setenv("DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES", "0")
     todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 1), "die")
     with cluster(tmp_path, workers=1) as running:
         (result,) = run_on_cluster(todo, running.address)
+        with pytest.raises(LinkTimeout, match="has no worker"):
+            list(run_on_cluster(todo, running.address, workers_within_s=0.0))
     assert "worker that took it died" in result.error
     assert not result.final
-
-
-def test_a_scheduler_without_workers_is_told_after_a_while(tmp_path):
-    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 1), "size")
-    with cluster(tmp_path, workers=0) as running, pytest.raises(LinkTimeout, match="has no worker"):
-        list(run_on_cluster(todo, running.address, workers_within_s=0.0))
-
-
-def test_a_scheduler_that_goes_away_ends_the_batch_after_what_was_done(tmp_path, monkeypatch):
-    todo = cluster_jobs(batch_jobs.recordings(tmp_path / "dives", 2), "size", "meet")
-    with batch_jobs.desk(monkeypatch) as visitors, cluster(tmp_path, workers=1) as running:
-        results = run_on_cluster(todo, running.address)
-        assert next(results).dive == "dive-00"
-        at_work = next(visitors)
-        running.scheduler.kill()
-        with pytest.raises(LinkLost, match="finished dives are kept"), at_work.line:
-            next(results)
 
 
 @pytest.fixture

@@ -296,15 +296,16 @@ def bounded_mission(seed, seconds=None, kind=None):
 
 @pytest.mark.soak
 @pytest.mark.parametrize("seed", [100010, 100000, 100034])
-def test_intervals_are_as_wide_as_the_bound_and_hold_the_truth(seed):
+def test_intervals_are_mostly_as_wide_as_the_bound_and_hold_the_truth(seed):
+    """Not each: the bound takes a steady push's damping for known to 0.3 % where the answer does not."""
     dived = bounded_mission(seed)
     answer, bound = estimate(dived.dive, dived.file, dived.configuration, quiet), cramer_rao(dived)
     identified = [answer[name] for name in dived.truth if answer[name].identifiable]
     assert len(identified) >= 6
-    ratios = [np.log(p.high95 / p.low95) / (2 * 1.96) / bound[p.name] for p in identified]
-    errors = [np.log(p.value / dived.truth[p.name]) / bound[p.name] for p in identified]
-    assert 0.85 < np.median(ratios) < 1.2
-    assert np.max(np.abs(errors)) < 4.5
+    stated = np.array([np.log(p.high95 / p.low95) / (2 * 1.96) for p in identified])
+    errors = [np.log(p.value / dived.truth[p.name]) for p in identified]
+    assert 0.85 < np.median(stated / [bound[p.name] for p in identified]) < 1.2
+    assert np.max(np.abs(errors / stated)) < 4.0
 
 
 def test_a_mass_that_its_own_axis_hardly_weighs_is_known_from_the_others():

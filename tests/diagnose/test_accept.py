@@ -315,8 +315,8 @@ def diagnosis_of(case, **more):
 
 @pytest.mark.slow
 def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_change_of_it():
-    with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=110.0)
-    without = draw_case(300051, names=[], seconds=110.0)
+    with_drag = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=85.0)
+    without = draw_case(300051, names=[], seconds=85.0)
     first = diagnosis_of(with_drag)
     assert [finding.name for finding in first.findings] == ["quadratic_drag"]
     effects = first.accepted.effects
@@ -357,21 +357,25 @@ def accepted(measured_shift, mass=1.0, damping=1.0):
     return out
 
 
-def shift_words(measured_shift, earlier):
+def changes(measured_shift, shift):
     nothing = np.zeros_like(measured_shift.now.course.nu[::EACH])
     missing = Missing(measured_shift.now.course.time_s[::EACH], nothing, nothing, nothing)
-    return changes_of(shift_of(measured_shift, earlier, SHIFTED_LIBRARY), measured_shift, missing)
+    return changes_of(shift, measured_shift, missing)
+
+
+def changes_since(measured_shift, earlier):
+    return changes(measured_shift, shift_of(measured_shift, earlier, SHIFTED_LIBRARY))
 
 
 def test_where_nothing_changed_there_is_no_cause(measured_shift):
-    causes, tried = shift_words(measured_shift, accepted(measured_shift))
+    causes, tried = changes_since(measured_shift, accepted(measured_shift))
     assert causes == ()
     assert {trial.name for trial in tried} == {"thrust_gain", "dvl_scale", "entrained_water", "added_payload"}
     assert not any(trial.accepted for trial in tried)
 
 
 def test_masses_and_dampings_that_all_rose_alike_are_a_thrust_that_fell(measured_shift):
-    causes, _ = shift_words(measured_shift, accepted(measured_shift, mass=1.25, damping=1.25))
+    causes, _ = changes_since(measured_shift, accepted(measured_shift, mass=1.25, damping=1.25))
     assert causes[0].name == "thrust_gain"
     gain = causes[0].parameters["gain"]
     assert gain.value == pytest.approx(0.8, abs=0.02)
@@ -386,7 +390,7 @@ def test_masses_that_all_rose_by_as_much_are_water_that_weighs_so(measured_shift
     for dof in range(6):
         before = course.mass[dof] - water[dof]
         earlier[MASSES[dof].name] = Prior(before, RELATIVE_STD * before)
-    causes, _ = shift_words(measured_shift, earlier)
+    causes, _ = changes_since(measured_shift, earlier)
     assert causes[0].name == "entrained_water"
     assert causes[0].parameters["mass"].value == pytest.approx(6.0, abs=0.05)
 
@@ -536,3 +540,10 @@ def test_a_second_change_counts_by_what_is_left_unexplained(elsewhere, nats):
     shift = Shift(np.array([0.5, 0.1, elsewhere, elsewhere]), 1e4 * np.eye(4), effects, patterns)
     assert shift.best_further([]) == [(pytest.approx(1250.0), 0), (pytest.approx(50.0), 1)]
     assert shift.best_further([0]) == [(pytest.approx(nats), 1)]
+
+
+def test_a_second_change_is_stated_with_what_it_saves_of_what_is_left_unexplained(measured_shift):
+    effects, patterns = (ADDED_PAYLOAD, FOULING), np.eye(4)[:2]
+    shift = Shift(np.array([0.5, 0.2, 0.02, 0.02]), 1e4 * np.eye(4), effects, patterns)
+    causes, _ = changes(measured_shift, shift)
+    assert [cause.gain_nats for cause in causes] == pytest.approx([1250.0, 200.0 / 4.0])

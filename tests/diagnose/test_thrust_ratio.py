@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from soak import rest_in_soak
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import Case, dive_of, draw_case
@@ -15,6 +16,9 @@ from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Value
 from identify.diagnose.simulators.comparison import Against, against, plain
 from identify.diagnose.simulators.thrust_ratio import thrust_ratio
 from identify.diagnose.words.against import difference_lines, thrust_sentences
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
+from identify.effects.environment import STEADY_CURRENT
+from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.effects.library import library
 from identify.statistics import birge_mean
 
@@ -134,8 +138,11 @@ def with_other_thrust(case: Case, gain: float, delay_s: float, north: float, eas
     return replace(case, planted=(Planted("thrust_gain", {}, apply, 1.0),))
 
 
-@pytest.fixture(scope="module")
-def comparison() -> Against:
+FEW = (COMMAND_DELAY, STEADY_CURRENT, THRUST_GAIN, DEAD_ZONE, QUADRATIC_DRAG)
+
+
+@pytest.fixture(scope="module", params=rest_in_soak([FEW, None]), ids=["few effects", "all effects"])
+def comparison(request: pytest.FixtureRequest) -> Against:
     simulator = draw_case(1, names=[], seconds=120.0)
     vehicle = with_other_thrust(simulator, gain=0.8, delay_s=0.15, north=0.08, east=0.05)
     return against(
@@ -143,6 +150,7 @@ def comparison() -> Against:
         dive_of(simulator),
         simulator.file,
         simulator.configuration,
+        effects=request.param,
         progress=lambda *_: None,
     )
 

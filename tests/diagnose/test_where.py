@@ -236,7 +236,7 @@ def test_a_generic_force_counts_for_no_more_than_the_nats_that_it_saves(nominal)
 
 @pytest.fixture(scope="module")
 def case():
-    return draw_case(391_720, names=["wrong_feedback_log", "quadratic_drag"], size=0.9, seconds=110.0)
+    return draw_case(391_720, names=["wrong_feedback_log", "quadratic_drag"], size=0.9, seconds=85.0)
 
 
 def where(case) -> set[str]:

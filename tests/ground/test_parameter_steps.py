@@ -137,7 +137,7 @@ def uploaded(seed):
 
 
 def test_forty_parameters_are_all_applied_and_what_is_said_is_so():
-    assert {uploaded(seed)[0] for seed in range(30)} == {Outcome.APPLIED}
+    assert {uploaded(seed)[0] for seed in range(10)} == {Outcome.APPLIED}
 
 
 @pytest.mark.soak

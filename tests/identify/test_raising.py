@@ -1,6 +1,7 @@
 """Go or no-go for the feed-forward, on dives whose vehicle is known exactly, in one mode or several."""
 
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +14,7 @@ from identify.dive import Dive, Signal
 from identify.validation.axis_criteria import Criterion
 from identify.validation.raising import Raising, go_no_go, in_one_mode
 
-RATE_HZ = 20.0
+RATE_HZ = 10.0
 FILE = load_vehicle("ruvifist")
 TRUTH = {0: (100.0, 50.0, 0.4), 1: (120.0, 60.0, 0.3), 5: (16.0, 26.0, 0.2)}
 """By degree of freedom: mass, damping, and the speed that is asked for."""
@@ -35,6 +36,7 @@ def _runs(top, first_s, count):
     return velocity, slope
 
 
+@cache
 def flown(mode, mass=1.0, damping=1.0, axes=(0, 1, 5)):
     """A dive whose motion comes `LAG_S` late behind its reference as a first-order lag does; the PID gives just what
     that motion takes, and the feed-forward goes by `mass` and `damping` times the truth."""

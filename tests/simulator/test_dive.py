@@ -266,7 +266,7 @@ def test_a_vehicle_whose_dvl_falls_silent_stays_at_its_depth_and_heading():
     for _ in range(200):
         vehicle.tick(hold)
     vehicle.bridge.parsers["dvl"].feed = lambda _data, _time_s: []
-    states = [vehicle.tick(hold).state[-1] for _ in range(1200)]
+    states = [vehicle.tick(hold).state[-1] for _ in range(600)]
     assert all(0.45 < state[2] < 0.75 for state in states)
     assert all(abs(state[12]) < 0.05 for state in states)
 

@@ -67,13 +67,19 @@ class Lacks(str):
 
 
 async def at_rest(app, pilot):
-    """Until every verb has ended that does not wait to be let go, and what it left is shown."""
+    """Until every verb has ended that does not wait to be let go, and what it left is shown.
+
+    What is shown may begin to read the dives: that is waited for, and shown too.
+    """
     jobs = app.desk.jobs
-    while sum(state.runs for state in jobs._states.values()) > getattr(jobs._work, "waiting", 0):
-        await pilot.pause()
     for _ in range(2):
+        while sum(state.runs for state in jobs._states.values()) > getattr(jobs._work, "waiting", 0):
+            await pilot.pause()
+        shown = dict(jobs._states)
         app._show()
         await pilot.pause()
+        if all(state is shown.get(verb) for verb, state in jobs._states.items()):
+            break
     while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
         await pilot.pause()
 
