@@ -18,9 +18,9 @@ from identify.challenge.nearest_parameters import EACH_S, course_of, missing_wre
 from identify.challenge.scenario import DEPTH, Planted, Scenario, signal_of
 from identify.challenge.simulate import Simulated
 from identify.diagnose.causes.candidates import settings_of
-from identify.diagnose.diagnose import FIVE_S
 from identify.diagnose.filters.regression import LEVELLED
 from identify.diagnose.gap.drift import EVERY_S, HORIZONS_S, floors_of
+from identify.diagnose.gap.measured import FIVE_S
 from identify.diagnose.gap.simulation import Simulation, simulation_of
 from identify.diagnose.recording import fitted_nominal
 from identify.effects.course import Course

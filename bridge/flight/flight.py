@@ -332,7 +332,7 @@ def _low(what: str, value: float, unit: str, least: float, limit: str) -> str:
         return ""
     if math.isnan(value):
         return f"no {what} measured: mend its sensor, or set {limit} 0 in the limits"
-    return f"{what} is {value:.1f} {unit}, below {limit} {least:g} of the limits"
+    return f"{what} is {value:.2f} {unit}, below {limit} {least:g} of the limits"
 
 
 def _blind(navigation: Navigation) -> End:

@@ -326,6 +326,12 @@ def _remarks(finding: Finding) -> list[str]:
         remarks.append(
             f"{', '.join(held)}: there is no feed-forward in heave, roll and pitch, their PID holds them."
         )
+    if finding.cause.effect.since_s:
+        remarks.append(
+            f"{capital(effect_words(finding.cause.effect))} is accepted as lasting, and is in the model from the start "
+            "of the next dive; whether it passed before this one's end was not tried: if it did, or is mended, leave "
+            "it out."
+        )
     if finding.cause.effect.caveat:
         remarks.append(finding.cause.effect.caveat)
     if finding.is_ambiguous:

@@ -60,7 +60,9 @@ def accepted_causes(accepted: Sequence[AcceptedEffect], library: Sequence[Effect
     for effect_accepted in accepted:
         effect = by_label.get((effect_accepted.label, effect_accepted.number))
         if effect is None or {p.name for p in effect.parameters} != set(effect_accepted.parameters):
-            unknown.append(f"{effect_accepted.label} (this library has no such effect)")
+            unknown.append(
+                f"{effect_accepted.label} (this library has no such effect, or the hull's own model has it)"
+            )
             continue
         cause = Cause(effect, np.array([effect_accepted.parameters[p.name] for p in effect.parameters]))
         if not effect.refit_absorbs and cause.present.any():

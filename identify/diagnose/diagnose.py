@@ -2,50 +2,26 @@
 
 import time
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from bridge.arrays import Array
-from bridge.vehicle.coefficients import DOFS, OF_HULL, AcceptedEffect
+from bridge.vehicle.coefficients import OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Configuration, Prior, VehicleFile
 from identify.checks.actuation.motors import miswired_doubts
 from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import accepted_causes, library_with_changes
 from identify.diagnose.causes.onset import with_beginnings
-from identify.diagnose.causes.search import Explanation
 from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
 from identify.diagnose.changed import changes_of, shift_of
 from identify.diagnose.filters.nominal import Nominal
-from identify.diagnose.findings import FEEDBACK_DOFS, findings_of, strongest_first, trials_of
-from identify.diagnose.gap.drift import Drift, drifts, floors_of, ran_away
+from identify.diagnose.findings import findings_of, strongest_first, trials_of
+from identify.diagnose.gap.drift import ran_away
+from identify.diagnose.gap.measured import gap_of, measured_of
 from identify.diagnose.gap.missing import (
-    PUSHED,
-    Missing,
-    beyond_refit,
     character_of,
-    depends_on,
-    disturbance_of,
     hull_of,
-    missing_of,
-    phases_of,
-    power_of_drift,
-    power_of_generic,
-    power_of_remainder,
-    shares_of,
-    slices_of,
-    with_unexplained,
-)
-from identify.diagnose.gap.simulation import (
-    EACH,
-    Simulation,
-    beyond_motion_of,
-    missing_wrench_of,
-    simulation_of,
-    slope_of,
-    specific_force_of,
-    velocity_error_of,
 )
 from identify.diagnose.lateness import lateness_of, slow_loop, with_holding_unknown, with_known_holding
 from identify.diagnose.recording import (
@@ -67,22 +43,17 @@ from identify.diagnose.recording import (
     without_spikes,
     without_still_velocity,
 )
-from identify.diagnose.remainder.unexplained import Unexplained, unexplained_of
-from identify.diagnose.result import Diagnosis, Finding, Gap, Prediction, Share, Value
+from identify.diagnose.result import Diagnosis, Value
 from identify.diagnose.shrink.check_dive import checked, predict
 from identify.diagnose.shrink.contradiction import contradiction_note
-from identify.diagnose.shrink.held_out import held_out_shrink
 from identify.diagnose.shrink.shrink import overstated_note
-from identify.diagnose.shrink.shrunk import LIKELY, Shrink
 from identify.diagnose.simulators.simulator import Simulator
 from identify.diagnose.verdict import (
-    above_noise,
     beside_accepted,
     next_for_disturbance,
     next_for_unexplained,
     next_of,
     share_left,
-    stand_in,
     swallowing,
     unexplained_forces,
     unexplained_nats,
@@ -101,9 +72,6 @@ Progress = Callable[[float, str], None]
 
 SEED = 0
 """Seed of the noise draws for the floors: a dive always has the same answer."""
-
-ONE_S, FIVE_S = 0, 1
-"""Indices of the horizons used for the unexplained remainder and for `gap.before`."""
 
 
 def diagnose(
@@ -160,9 +128,11 @@ def diagnose(
     def searched() -> Search:
         commands = dive.thruster_commands
         uncertain = UNKNOWN_BETWEEN if commands is not None and unknown_between(dive, commands) else 0.0
-        return of_likelier_lag(
-            nominal, tried, uncertain, lambda share, words: progress(0.1 + 0.6 * share, words)
+        whole = of_likelier_lag(
+            nominal, tried, uncertain, lambda share, words: progress(0.1 + 0.55 * share, words)
         )
+        progress(0.66, "looking for causes that begin within the dive")
+        return with_beginnings(whole, tried, dive.span_s[0])
 
     def other_filters() -> Nominal | None:
         if check is None:
@@ -181,15 +151,9 @@ def diagnose(
     )
     plain = reference_model.filters_of(nominal) if simulator or accepted else nominal
     known_to = LEAST_FORCE * nominal.course.wrench_of(nominal.course.thrust_n).std(axis=0) if holds else None
-    measured = _measured(search.explanation, nominal, plain, known_to, rng)
-    saved_nats = search.explanation.fit.gain
-    if unexplained_forces(measured.left) or stand_in(measured.left.instead, saved_nats):
-        progress(0.75, "looking for causes that begin within the dive")
-        begun = with_beginnings(search, tried, dive.span_s[0])
-        if begun is not search:
-            search, tried = begun, (*tried, *begun.beginnings)
-            measured = _measured(search.explanation, nominal, plain, known_to, rng)
+    tried = (*tried, *search.beginnings)
     explanation, covariance = search.explanation, search.covariance
+    measured = measured_of(explanation, nominal, plain, known_to, rng)
     if slow is None:
         covariance = with_holding_unknown(covariance, explanation.causes, as_recorded)
     missing, left, heldout = measured.missing, measured.left, measured.heldout
@@ -199,7 +163,7 @@ def diagnose(
     causes, shown = beside_accepted(causes, heldout) if holds else (causes, ())
     left = replace(left, instead=0.0) if shown else left
     gap, (trials, known) = both(
-        lambda: _gap(explanation, missing, left, measured.drift_before, measured.drift_after, causes),
+        lambda: gap_of(explanation, replace(measured, left=left), causes),
         lambda: (trials_of(explanation, causes), known_with_causes(explanation.causes, explanation.now)),
     )
     if accepted:
@@ -212,7 +176,7 @@ def diagnose(
     prediction = None
     if check is not None and other is not None:
         progress(0.9, "flying the check dive")
-        prediction = predict(explanation, plain, other, check.name, rng)
+        prediction = predict(explanation, plain, other, check.name, rng, is_earlier=is_earlier(check, dive))
     dive_next = next_of(causes, tried)
     if forces:
         dive_next = next_for_unexplained(forces, explanation.now.course, dive_next)
@@ -270,6 +234,12 @@ def diagnose(
     )
 
 
+def is_earlier(check: Dive, dive: Dive) -> bool:
+    """Whether the check was dived before the dive, for all that their clocks say."""
+    check_s, dive_s = (each.unix_at_boot_s for each in (check, dive))
+    return check_s is not None and dive_s is not None and check_s + check.span_s[0] < dive_s + dive.span_s[0]
+
+
 def _cleaned(dive: Dive, least_s: float) -> tuple[Dive, tuple[str, ...], tuple[Spikes, ...]]:
     """The dive without readings that are wrong for certain, a sentence on a velocity left out whole, and the spikes.
 
@@ -289,108 +259,6 @@ def _able(
     in_model = {"quadratic"} if configuration.damping != "linear" else set()
     return tuple(
         effect for effect in effects if not {*lacks} & {*effect.needs} and effect.model_part not in in_model
-    )
-
-
-@dataclass(frozen=True)
-class _Measured:
-    """The gap as measured with an explanation: the missing forces, what no cause explains, the drifts of the models
-    before and after, and the shrink on held-out pieces with the velocities `held`."""
-
-    missing: Missing
-    left: Unexplained
-    drift_before: tuple[Drift, ...]
-    drift_after: tuple[Drift, ...]
-    heldout: Shrink
-    held: Prediction
-
-
-def _measured(
-    explanation: Explanation,
-    nominal: Nominal,
-    plain: Nominal,
-    known_to: Array | None,
-    rng: np.random.Generator,
-) -> _Measured:
-    """Measure the gap of the model `plain`; known_to (6,): forces to which accepted effects are known, N and N m."""
-    models = both_simulations(explanation, plain)
-    wrong, felt = (
-        of(explanation.causes, explanation.now.course)[::EACH]
-        for of in (velocity_error_of, specific_force_of)
-    )
-    missing = missing_of(*models, wrong, felt, explanation.now)
-    if plain is nominal:
-        missing = beyond_refit(
-            missing, missing_wrench_of(explanation.causes, explanation.now.course), explanation.now, EACH
-        )
-
-    def drifted() -> tuple[list[tuple[Drift, ...]], tuple[Shrink, Prediction]]:
-        floors = floors_of(explanation.now, models[1], rng)
-        return [drifts(model, floors) for model in models], held_out_shrink(
-            explanation, plain, floors[FIVE_S], rng
-        )
-
-    # The folds of `drifted` are shared with the other thread once that is free.
-    ((drift_before, drift_after), (heldout, held)), left = both(
-        drifted, lambda: unexplained_of(explanation.weighing, explanation.fit)
-    )
-    left = above_noise(left, heldout, nominal.inexact, known_to)
-    return _Measured(missing, left, drift_before, drift_after, heldout, held)
-
-
-def both_simulations(explanation: Explanation, nominal: Nominal) -> tuple[Simulation, Simulation]:
-    """Simulations of the nominal model and of the model with the causes, along one recorded motion.
-
-    The first runs against the readings as recorded, the second against readings corrected for the causes.
-    """
-    now, causes = explanation.now, explanation.causes
-    nu, wrong = now.motion.nu, beyond_motion_of(causes, now.course)
-    return both(
-        lambda: simulation_of(nominal, nominal.theta, nu + wrong),
-        lambda: simulation_of(now, now.theta, nu, slope=slope_of(causes, now.course)),
-    )
-
-
-def _gap(
-    explanation: Explanation,
-    missing: Missing,
-    left: Unexplained,
-    drift_before: tuple[Drift, ...],
-    drift_after: tuple[Drift, ...],
-    causes: Sequence[Finding],
-) -> Gap:
-    now, misheard = explanation.now, FEEDBACK_DOFS & set(explanation.now.feedback_unrecorded)
-    # If a wrong log is the only likely cause, possible causes do not locate the gap.
-    likely = any(cause.probability >= LIKELY and cause.cause.effect.acts_on != "log" for cause in causes)
-    anything_left = bool(unexplained_forces(left))
-    located_by_causes = missing.power.any() and (likely or anything_left)
-    power, phases = missing.power, phases_of(now.course, EACH)
-    unexplained: tuple[Share, ...] = ()
-    if anything_left:
-        explained = missing.power
-        missing = with_unexplained(missing, left, now, EACH)
-        sound = [dof for dof in PUSHED if dof not in now.feedback_unrecorded]
-        power = missing.power + power_of_remainder(drift_after[ONE_S], missing.time_s, sound)
-        unexplained = shares_of(power - explained, phases)
-    if misheard and not located_by_causes:
-        power = power_of_drift(drift_before[FIVE_S], missing.time_s, sorted(misheard))
-    elif not power.any():
-        # Without any cause, the generic forces locate the gap; these leave out those with unrecorded feedback.
-        power = power_of_generic(left, EACH)
-        if now.feedback_unrecorded or not len(power):
-            power = power_of_drift(drift_before[FIVE_S], missing.time_s, PUSHED)
-    fitted = [problem.axis.dof for problem in now.joint.problems]
-    return Gap(
-        drift_before[FIVE_S].total,
-        drift_before,
-        drift_after,
-        {DOFS[dof]: float(missing.force()[dof]) if dof in fitted else np.nan for dof in range(6)},
-        shares_of(power, phases),
-        slices_of(power, now.course, EACH),
-        depends_on(missing, now.course, EACH),
-        unexplained,
-        shares_of(power_of_drift(drift_before[FIVE_S], missing.time_s, range(6)), phases),
-        disturbance_of(now),
     )
 
 

@@ -1,6 +1,7 @@
 """Causes that begin within a dive."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +12,10 @@ from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
 from identify.diagnose.causes.onset import with_beginnings
 from identify.diagnose.causes.shafts import Search
+from identify.diagnose.diagnose import is_earlier
 from identify.diagnose.filters.nominal import refitted
 from identify.diagnose.result import Finding, plain_effect
+from identify.diagnose.shrink.check_dive import recurring
 from identify.diagnose.words.causes import name_of
 from identify.effects.actuators import weak
 from identify.effects.effect import beginning
@@ -78,6 +81,35 @@ def test_drag_never_begins_in_a_dive(broken):
 def test_the_answer_says_since_when_and_what_is_accepted_holds_from_the_start():
     finding = Finding(Cause(beginning(weak(2), 70.0, 5.0), TENTH), (), {}, 0.9, {}, 100.0)
     assert plain_effect(finding)["since_s"] == 70.0
-    assert name_of(finding) == "weak thruster 2 from 70 s on"
+    assert name_of(finding) == "weak thruster 2 from about 70 s on"
     assert _effect(finding).label == weak(2).label
     assert "since_s" not in plain_effect(replace(finding, cause=Cause(weak(2), TENTH)))
+
+
+def test_what_acts_in_the_last_seconds_alone_is_no_change_of_the_vehicle(nominal):
+    """A hull that surfaces, or hangs on a hook."""
+    end_s = float(nominal.course.time_s[-1])
+    lifted = with_cause(nominal, beginning(NET_BUOYANCY, end_s - 10.0, 0.0), np.array([-20.0]))
+    begun = with_beginnings(searched(lifted, *LIBRARY), LIBRARY, 0.0)
+    assert all(cause.effect.since_s <= end_s - 20.0 for cause in begun.explanation.causes)
+    earlier = with_cause(nominal, beginning(NET_BUOYANCY, end_s - 40.0, 0.0), np.array([-20.0]))
+    (cause,) = with_beginnings(searched(earlier, *LIBRARY), LIBRARY, 0.0).explanation.causes
+    assert (cause.effect.name, cause.values[0]) == ("net_buoyancy", pytest.approx(-20.0, abs=1.0))
+    assert cause.effect.since_s == pytest.approx(end_s - 40.0, abs=1.5)
+
+
+def test_what_broke_in_a_dive_was_sound_in_the_one_before():
+    broke, weak_all_along = Cause(beginning(weak(2), 70.0, 5.0), TENTH), Cause(weak(1), TENTH)
+    earlier, later = (recurring((broke, weak_all_along), is_earlier=earlier) for earlier in (True, False))
+    assert earlier == [weak_all_along]
+    assert later == [broke.throughout, weak_all_along]
+
+
+def test_a_check_is_earlier_where_both_clocks_say_so():
+    def dived(unix_at_boot_s):
+        return SimpleNamespace(unix_at_boot_s=unix_at_boot_s, span_s=(1.0, 9.0))
+
+    assert is_earlier(dived(100.0), dived(200.0))
+    assert not is_earlier(dived(200.0), dived(100.0))
+    assert not is_earlier(dived(None), dived(200.0))
+    assert not is_earlier(dived(100.0), dived(None))

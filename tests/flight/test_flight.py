@@ -220,9 +220,9 @@ REFUSED = {
     "no depth: see why the depth sensor, or the autopilot in its place, is silent": fault("depth_s", 90.0),
     "sticks are not at rest": fault("touched", True),
     "no battery measured: mend its sensor, or set battery_v 0 in the limits": fault("voltage_v", math.nan),
-    "battery is 12.0 V, below battery_v 13 of the limits": fault("voltage_v", 12.0),
+    "battery is 12.00 V, below battery_v 13 of the limits": fault("voltage_v", 12.0),
     "no altitude measured: mend its sensor, or set altitude_m 0 in the limits": fault("altitude_m", math.nan),
-    "altitude is 0.5 m, below altitude_m 1 of the limits": fault("altitude_m", 0.5),
+    "altitude is 0.50 m, below altitude_m 1 of the limits": fault("altitude_m", 0.5),
 }
 
 

@@ -163,7 +163,7 @@ def test_what_the_vehicle_refuses_it_tells_the_crew():
     assert deck.begin() == (DENIED, Order.BEGIN)
     assert deck.send(ORDER, 9.0, 8.0) == (DENIED, 9)
     assert deck.flights.take_texts() == [
-        "no flight: battery is 12.0 V, below battery_v 13 of the limits",
+        "no flight: battery is 12.00 V, below battery_v 13 of the limits",
         "no flight: there is no such order",
     ]
 

@@ -53,7 +53,9 @@ def run(arguments: argparse.Namespace) -> int:
             *(("--know", *arguments.know) if arguments.know else ()),
         )
         files = ("--out", str(plan), "--json", str(foretold))
-        code = step("plan", "--vehicle", vehicle, *asked, *within, *files)
+        code = step(
+            "plan", "--vehicle", vehicle, *asked, *within, *files, began_unix_s=arguments.began_unix_s
+        )
         if code != exit_codes.DONE:
             return code
     flight_plan = load_plan(plan)
@@ -145,7 +147,7 @@ def plan_limits(limits: FlightLimits) -> dict[str, str]:
     }
 
 
-def step(name: str, *words: str, began_unix_s: float = math.inf) -> int:
+def step(name: str, *words: str, began_unix_s: float) -> int:
     """Run a verb as its own command line would, and return its exit code; `began_unix_s` as in `tui.cli.main`."""
     fly.tell(show.words(), f"calibrate: {name}")
     arguments = verb_parser(name).parse_args(words)

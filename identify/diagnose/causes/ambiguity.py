@@ -46,7 +46,7 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
     others = weighing.fitted((*fit.causes[:k], *fit.causes[k + 1 :]))
     names: list[str] = []
     likeness: dict[str, float] = {}
-    thrusters: list[int] = []
+    thrusters: set[int] = set()
     # The remainder of the other forms speaks against the presence of the cause, not against its name.
     best_apart = others.gain + remainder_nats(FormRemainder(weighing, others), cause_k)
     nearly = max(nats_apart(fit, others), LEAST_APART)
@@ -56,16 +56,15 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
         tried = weighing.fitted((*others.causes, cause))
         if len(tried.causes) <= len(others.causes):
             continue
-        if cause.effect.name == cause_k.effect.name:
-            if tried.gain > fit.gain - nearly and cause.effect.number not in thrusters:
-                thrusters.append(cause.effect.number)
-            continue
+        is_same = cause.effect.name == cause_k.effect.name
         if tried.gain > fit.gain - nearly:
             alike = cosine(weighing, others, cause_k, tried.causes[-1])
-            if cause.effect.name not in names and alike >= LEAST_LIKENESS:
+            if is_same and alike >= LEAST_LIKENESS:
+                thrusters.add(cause.effect.number)
+            elif cause.effect.name not in names and alike >= LEAST_LIKENESS:
                 names.append(cause.effect.name)
                 likeness[cause.effect.name] = alike
-        else:
+        elif not is_same:
             best_apart = max(best_apart, tried.gain)
     return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart, tuple(sorted(thrusters)))
 

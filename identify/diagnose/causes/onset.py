@@ -1,13 +1,13 @@
-"""Causes that begin within a dive: a propeller that breaks, a mount that is knocked, ballast that is lost.
+"""Causes that begin within a dive: a propeller that breaks, a thruster that a knock turns, ballast that is lost.
 
-Tried only where the whole dive's causes leave something, for there is an effect for each time at which one may begin. A
-thruster that pushes steadily shows its beginning to a second, so that no coarse grid of times finds it: by the filters
-run backwards, what each instant of a force saves is known at once, and so is what a force saves from any instant on.
+A thruster that pushes steadily shows its beginning to a second, so that no coarse grid of times finds it: by the
+filters run backwards, what each instant of a force saves is known at once, and so is what a force saves from any
+instant on.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
@@ -15,6 +15,7 @@ from bridge.arrays import Array
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
 from identify.diagnose.causes.evidence import Blocks, inverse
+from identify.diagnose.causes.requirement import BEGINNING_NATS, LEAST_GAIN
 from identify.diagnose.causes.search import explained_further
 from identify.diagnose.causes.selection import improved, without
 from identify.diagnose.causes.shafts import Search
@@ -26,12 +27,19 @@ from identify.effects.effect import Act, Effect, beginning
 from identify.estimators.timing.lateness import behind_filter
 from identify.threads import side_by_side
 
-STRETCHES = 16
-"""Number of stretches of a dive, in each of which the likeliest time is weighed in full."""
+STRETCHES, NEAR_TIMES, APART_S = 16, 8, 1.0
+"""Number of stretches of a dive, of each of which the likeliest time is weighed in full; number of likely times near
+the best of these that are weighed as well, and the least distance between them."""
 
-LEAST_RISE = 5.0
-"""Nats by which the causes must be worth more: the logarithm of the times in a dive that can be told apart, some 150.
-"""
+NEAR_SHARE = 0.25
+"""Share of the nats asked for, by squares known about, from which an effect is weighed."""
+
+LEAST_SQUARE = 0.02
+"""Least share of a column's square that a late beginning is taken to have: a step alone shows."""
+
+LEAST_ACTING_S = 20.0
+"""Least time from the dive's start to a beginning, and from there to the dive's end: a hull that surfaces, or is hooked
+at last, has lost no weight."""
 
 
 def with_beginnings(search: Search, library: Sequence[Effect], start_s: float) -> Search:
@@ -46,85 +54,146 @@ def with_beginnings(search: Search, library: Sequence[Effect], start_s: float) -
     wider = (*library, *begun)
     further = explained_further(explanation, search.nominal, wider)
     new = Search(search.nominal, *without_doubtful(further, search.nominal, wider), begun)
-    return new if new.worth > search.worth + LEAST_RISE else search
+    return new if new.worth > search.worth + BEGINNING_NATS else search
 
 
 def _likely_beginnings(weighing: Weighing, fit: Fitted, start_s: float) -> tuple[Effect, ...]:
     """Every effect that may begin within a dive, from when it likeliest did, and from when each cause that did began;
     none if no cause did."""
     sudden = [effect for effect in weighing.library if effect.sudden]
-    others = [fit, *(weighing.fitted(without(fit.causes, k)) for k in range(len(fit.causes)))]
-    residuals = [_Residual.of(weighing, each, start_s) for each in others]
-    likely_s = side_by_side(lambda effect: {each.likeliest_s(effect) for each in residuals}, sudden)
+    if not sudden or float(weighing.now.course.since_s[-1]) < 3 * LEAST_ACTING_S:
+        return ()
+    residuals = [
+        _Residual.of(weighing, fit, fit, start_s),
+        *(
+            _Residual.of(weighing, weighing.fitted(without(fit.causes, k)), fit, start_s)
+            for k in range(len(fit.causes))
+        ),
+    ]
+
+    def likely_of(effect: Effect) -> set[float]:
+        push = _Pushed.of(weighing, effect)
+        return {residual.likeliest_s(push) for residual in residuals}
+
+    likely_s = side_by_side(likely_of, sudden)
     every = [
         beginning(effect, at_s, start_s)
         for effect, times_s in zip(sudden, likely_s, strict=True)
-        for at_s in sorted(times_s)
+        for at_s in sorted(times_s - {0.0})
     ]
+    if not every:
+        return ()
     wider = replace(weighing, library=(*weighing.library, *every))
-    found = improved(wider, wider.fitted(fit.causes))
-    begun_s = {cause.effect.since_s for cause in found.causes if cause.effect.since_s}
+    better = improved(wider, wider.fitted(fit.causes))
+    begun_s = {cause.effect.since_s for cause in better.causes if cause.effect.since_s}
     alike = (beginning(effect, at_s, start_s) for at_s in sorted(begun_s) for effect in sudden)
     return tuple({effect.label: effect for effect in (*every, *alike)}.values()) if begun_s else ()
 
 
 @dataclass(frozen=True)
+class _Pushed:
+    """An effect's act along a course of times (n,), with its mean force over each step by axis, and the square (n,),
+    about, of its column if it begins at each time: in each axis as much of the whole act's as of its force's square
+    is later."""
+
+    act: Act
+    time_s: Array
+    before_s: dict[int, Array]
+    means: dict[int, Array]
+    squares: Array
+
+    @classmethod
+    def of(cls, weighing: Weighing, effect: Effect) -> "_Pushed":
+        course, axes = weighing.now.course, weighing.rows.axes
+        act = Cause(effect, effect.start()).act(course)
+        by_dof, column = push_of(act, course).by_dof, weighing.rows.blocks([act], course)
+        pushed = [k for k, axis in enumerate(axes) if axis.problem.axis.dof in by_dof]
+        before_s, means, squares, whole = {}, {}, np.zeros(len(course.time_s)), 0.0
+        for k in pushed:
+            axis = axes[k].problem.axis
+            force = behind_filter(by_dof[axis.dof][:, None], course.step_s, axis.smoothing_s)
+            means[k] = means_before(course.time_s, force, axis.before_s, axis.time_s)[:, 0]
+            before_s[k] = axis.before_s
+            square = float(np.sum(column.parts[k].values ** 2))
+            later = _from_then_on(means[k] ** 2)
+            squares += square * np.interp(course.time_s, axis.before_s, later) / max(float(later[0]), 1e-300)
+            whole += square
+        least = max(LEAST_SQUARE * whole, 1e-300)
+        return cls(act, course.time_s, before_s, means, np.maximum(squares, least))
+
+    def later(self, scores_of: Sequence[Array]) -> Array:
+        """Derivative (n,) of the log likelihood by the size of the act if it begins at each time, given those by each
+        axis's mean force."""
+        out = np.zeros(len(self.time_s))
+        for k, means in self.means.items():
+            out += np.interp(self.time_s, self.before_s[k], _from_then_on(scores_of[k] * means))
+        return out
+
+
+def _from_then_on(values: Array) -> Array:
+    """The sum (n,) of the values from each on."""
+    return np.flip(np.cumsum(np.flip(values)))
+
+
+@dataclass(frozen=True)
 class _Residual:
     """What some causes leave of a dive, `left` (rows,), and the columns `known` to be projected out, with `free`, the
-    inverse of their square."""
+    inverse of their square. least_nats: what a further cause must save in sample to be worth a look."""
 
     weighing: Weighing
     left: Array
     known: Blocks
     free: Array
+    least_nats: float
     start_s: float
 
     @classmethod
-    def of(cls, weighing: Weighing, fit: Fitted, start_s: float) -> "_Residual":
+    def of(cls, weighing: Weighing, some: Fitted, every: Fitted, start_s: float) -> "_Residual":
+        """That of some of a fit's causes: another in the place of those left out must save more than they do."""
         rows = weighing.rows
-        known = rows.nuisance.with_columns(rows.nuisance.blocks_of(fit.slopes))
-        precision = np.concatenate([rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
+        known = rows.nuisance.with_columns(rows.nuisance.blocks_of(some.slopes))
+        precision = np.concatenate([rows.nominal_precision, np.zeros(some.slopes.shape[1])])
         free = inverse(known.square() + np.diag(precision))
-        left = fit.value - known.times(free @ known.crossed(fit.value[:, None]))[:, 0]
-        return cls(weighing, left, known, free, start_s)
+        left = some.value - known.times(free @ known.crossed(some.value[:, None]))[:, 0]
+        instead = 0.5 * (some.residual_squares - every.residual_squares)
+        least_nats = BEGINNING_NATS + (LEAST_GAIN if some is every else instead)
+        return cls(weighing, left, known, free, least_nats, start_s)
 
     @property
     def course(self) -> Course:
         return self.weighing.now.course
 
-    def likeliest_s(self, effect: Effect) -> float:
-        """The time since the recording's start from which on the effect saves most in sample, of any size."""
-        act = Cause(effect, effect.start()).act(self.course)
-        saved = np.abs(self._scores(act)[1:])
-        peaks = [
-            int(some[np.argmax(saved[some])]) for some in np.array_split(np.arange(len(saved)), STRETCHES)
-        ]
-        tried_s = np.round(self.course.time_s[1:][peaks] - self.start_s, 1).tolist()
-        nats = self._nats([act.each(partial(np.multiply, self._from(at_s))) for at_s in tried_s])
-        return float(tried_s[int(np.argmax(nats))])
+    def likeliest_s(self, pushed: "_Pushed") -> float:
+        """The time since the recording's start from which on an effect saves most in sample, of any size; 0 if that is
+        too little."""
+        saved, since_s = np.abs(pushed.later(self._scores)), self.course.since_s
+        able = (since_s >= LEAST_ACTING_S) & (since_s <= since_s[-1] - LEAST_ACTING_S) & self.course.recorded
+        if np.max(0.5 * saved**2 / pushed.squares, where=able, initial=0.0) < NEAR_SHARE * self.least_nats:
+            return 0.0
+        stretches = [some for some in np.array_split(np.flatnonzero(able), STRETCHES) if len(some)]
+        _, best = self._best([some[np.argmax(saved[some])] for some in stretches], pushed.act)
+        near = np.flatnonzero(able & (np.abs(since_s - since_s[best]) < since_s[-1] / STRETCHES))
+        apart: list[np.intp] = [best]
+        for i in near[np.argsort(-saved[near])]:
+            if len(apart) <= NEAR_TIMES and np.abs(since_s[i] - since_s[apart]).min() >= APART_S:
+                apart.append(i)
+        nats, best = self._best(apart, pushed.act)
+        return round(float(self.course.time_s[best]) - self.start_s, 1) if nats > self.least_nats else 0.0
 
-    def _from(self, at_s: float) -> Array:
-        return np.asarray(self.course.time_s >= self.start_s + at_s, np.float64)[:, None]
+    def _best(self, at: Sequence[np.intp], act: Act) -> tuple[float, np.intp]:
+        """The most nats that an act of any size saves in sample from one of these instants on, and that instant."""
+        after = [(np.arange(len(self.course.time_s)) >= i)[:, None] for i in at]
+        columns = self.weighing.rows.columns(
+            [act.each(partial(np.multiply, each)) for each in after], self.course
+        )
+        columns = columns - self.known.times(self.free @ self.known.crossed(columns))
+        nats = 0.5 * (self.left @ columns) ** 2 / np.maximum(np.sum(columns**2, axis=0), 1e-300)
+        best = int(np.argmax(nats))
+        return float(nats[best]), at[best]
 
-    def _scores(self, act: Act) -> Array:
-        """Derivative (n,) of the log likelihood by the size of an act that begins at each time of the course."""
-        push, out = push_of(act, self.course), np.zeros(len(self.course.time_s))
+    @cached_property
+    def _scores(self) -> list[Array]:
+        """Derivatives of the log likelihood by each axis's mean force over each step."""
         rows = self.weighing.rows
-        for innovations, mine in zip(rows.axes, rows.nuisance.slices, strict=False):
-            axis = innovations.problem.axis
-            if axis.dof in push.by_dof:
-                force = behind_filter(push.by_dof[axis.dof][:, None], self.course.step_s, axis.smoothing_s)
-                means = means_before(self.course.time_s, force, axis.before_s, axis.time_s)[:, 0]
-                later = np.flip(np.cumsum(np.flip(scores(innovations, self.left[mine]) * means)))
-                out += np.interp(self.course.time_s, axis.before_s, later)
-        return out
-
-    def _nats(self, acts: Sequence[Act]) -> Array:
-        """Nats that each act saves in sample, of its best size."""
-        columns = self._columns(acts)
-        return np.asarray((self.left @ columns) ** 2 / np.maximum(np.sum(columns**2, axis=0), 1e-300))
-
-    def _columns(self, acts: Sequence[Act]) -> Array:
-        """Columns (rows, k) of acts, with the known ones projected out."""
-        columns = self.weighing.rows.columns(acts, self.course)
-        return np.asarray(columns - self.known.times(self.free @ self.known.crossed(columns)))
+        blocks = rows.nuisance.slices[: len(rows.axes)]
+        return [scores(axis, self.left[mine]) for axis, mine in zip(rows.axes, blocks, strict=True)]

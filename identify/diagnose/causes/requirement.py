@@ -24,6 +24,10 @@ Forms right to a thirtieth of their force leave that much, and their other forms
 autopilot's filter, whose lateness and smoothing are fitted, they are right to a twelfth, and leave more where they act.
 """
 
+BEGINNING_NATS = 5.0
+"""Nats by which causes that begin within the dive must be worth more: the logarithm of the times in a dive that can be
+told apart, some 150."""
+
 NEXT_TO_NONE = 0.5
 """Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
 

@@ -90,16 +90,21 @@ def flight_of(now: Nominal, causes: Sequence[Cause], nominal: Nominal, check: No
 
 
 def predict(
-    explanation: Explanation, nominal: Nominal, check: Nominal, name: str, rng: np.random.Generator
+    explanation: Explanation,
+    nominal: Nominal,
+    check: Nominal,
+    name: str,
+    rng: np.random.Generator,
+    *,
+    is_earlier: bool = False,
 ) -> Prediction:
     """Predict a further dive with filters `check` by the models of a dive, `nominal` before and `explanation` after.
 
     Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
-    further dive. A cause that began within the dive acts from the start of the further one. Raises LogError if the
-    further dive is too short.
+    further dive. A cause that began within the dive acts in all of a later one, and not in one that `is_earlier`.
+    Raises LogError if the further dive is too short.
     """
-    lasting = [cause.throughout for cause in without_seas(explanation.causes)]
-    flight = flight_of(explanation.now, lasting, nominal, check)
+    flight = flight_of(explanation.now, recurring(explanation.causes, is_earlier), nominal, check)
     before, after = flight.before, flight.after
     floor = floors_of(flight.fit, after, rng)[1]
     length = round(HORIZON_S / after.step_s)
@@ -109,6 +114,12 @@ def predict(
     gone = [differences(model, starts) for model in (before, after)]
     plainest = baseline_of(nominal.course, nominal.motion.nu)
     return prediction_of(name, (before.time_s, before.nu), starts, gone, plainest, flight.course, floor)
+
+
+def recurring(causes: Sequence[Cause], is_earlier: bool) -> list[Cause]:
+    """The causes that act in all of a further dive."""
+    lasting = without_seas(causes)
+    return [cause.throughout for cause in lasting if not (is_earlier and cause.effect.since_s)]
 
 
 def checked(prediction: Prediction, rng: np.random.Generator) -> Shrink:
