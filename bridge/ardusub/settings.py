@@ -63,11 +63,14 @@ class Settings(Questions):
         if now_s < self._version_due_s:
             return []
         self._version_due_s = now_s + (VERSION_AGAIN_S if self.version == _NO_VERSION else VERSION_ANEW_S)
-        wanted = float(dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+        message = float(dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
+        ways = [(dialect.MAV_CMD_REQUEST_MESSAGE, message)]
+        if self.version == _NO_VERSION:
+            # The way before 2019: just the firmware that is too old may know no other.
+            ways.append((dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES, 1.0))
         return [
-            dialect.MAVLink_command_long_message(
-                *self._target, dialect.MAV_CMD_REQUEST_MESSAGE, 0, wanted, 0, 0, 0, 0, 0, 0
-            )
+            dialect.MAVLink_command_long_message(*self._target, command, 0, first, 0, 0, 0, 0, 0, 0)
+            for command, first in ways
         ]
 
     def _ask_setting(self, now_s: float) -> list[Any]:

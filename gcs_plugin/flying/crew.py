@@ -151,12 +151,12 @@ class Crew:
         return self._session
 
     def _not_supported(self, system: int | None) -> str:
-        """A sentence on an autopilot beside which nothing flies a plan; "" where none such beats."""
+        """A sentence on an autopilot beside which nothing flies a plan; "" where none such beats, or others too."""
         beats = [
             p.heartbeat for p in self._peers if p.heartbeat is not None and system in (None, p.source[0])
         ]
-        sentences = (not_supported(beat.autopilot) for beat in beats if beat.is_autopilot)
-        return next(filter(None, sentences), "")
+        sentences = {not_supported(beat.autopilot) for beat in beats if beat.is_autopilot}
+        return sentences.pop() if len(sentences) == 1 else ""
 
     @property
     def fault(self) -> str:

@@ -64,7 +64,7 @@ def diagnose(job: Job) -> dict[str, Any]:
             {name: _size(value) for name, value in finding.parameters.items() if name != "thruster"},
             finding.probability,
             finding.probability >= LIKELY,
-            finding.also,
+            (*(f"{finding.name} of thruster {number}" for number in finding.other_thrusters), *finding.also),
         )
         for finding in diagnosis.findings
     )

@@ -85,10 +85,14 @@ def test_what_is_wrong_is_said_with_the_way_out_and_the_sticks_are_not_taken(cha
     assert not fake.writes
 
 
-def test_a_firmware_older_than_was_tried_is_said_and_once_it_is_updated_the_sticks_are_taken():
+@pytest.mark.parametrize(
+    "version", [(4, 1, 2), (3, 5, 4)], ids=["4.1", "3.5, which sends no message by its number"]
+)
+def test_a_firmware_older_than_was_tried_is_said_and_once_it_is_updated_the_sticks_are_taken(version):
     fake, aboard, pilot = afloat({})
-    fake.version = (4, 1, 2)
-    sentence = "no feed-forward: ArduSub 4.1.2 is too old: update it to 4.5 or 4.6"
+    fake.version = version
+    number = ".".join(map(str, version))
+    sentence = f"no feed-forward: ArduSub {number} is too old: update it to 4.5 or 4.6"
     assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
     fake.run(2.0, aboard, pilot)
     assert not taken(aboard)

@@ -21,6 +21,7 @@ MANUAL, ALT_HOLD, POSHOLD = 19, 2, 16
 NEVER_SENT = (105, 331, 375, 69, 230)
 """HIGHRES_IMU, ODOMETRY, ACTUATOR_OUTPUT_STATUS, MANUAL_CONTROL, ESTIMATOR_STATUS: denied."""
 WIND = 168
+MESSAGES_REQUESTED_FROM = (4, 0, 0)
 UNASKED = {0: 1.0, 36: 0.5, 30: 0.1}
 """Seconds between two of a message on a link that asked for nothing."""
 VECTORED = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1), (0, 0, 0), (0, 0, 0))
@@ -200,7 +201,11 @@ class Ardusub:
         if command == dialect.MAV_CMD_DO_SET_MODE:
             self.mode = int(message.param2)
             return
-        if command == dialect.MAV_CMD_REQUEST_MESSAGE and first == dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
+        asks = (
+            command == dialect.MAV_CMD_REQUEST_MESSAGE and first == dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+        )
+        asks_as_before = command == dialect.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES and first == 1.0
+        if asks_as_before or (asks and self.version >= MESSAGES_REQUESTED_FROM):
             number = int.from_bytes((*self.version, 255), "big")
             self.send(
                 dialect.MAVLink_autopilot_version_message(
