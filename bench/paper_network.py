@@ -103,5 +103,5 @@ def _errors(values: dict[str, float], truth: dict[str, float]) -> str:
     return ", ".join(f"{name} {100.0 * (values[name] / true - 1.0):+.2f}" for name, true in truth.items())
 
 
-def _silent(_share: float, _words: str) -> None:
-    """Ignore the progress."""
+def _silent(*_report: object) -> None:
+    """Ignore the progress, and the values so far."""

@@ -176,5 +176,5 @@ def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
     return time.perf_counter() - begun, result
 
 
-def _silent(_share: float, _words: str) -> None:
-    """Ignore the progress."""
+def _silent(*_report: object) -> None:
+    """Ignore the progress, and the values so far."""
