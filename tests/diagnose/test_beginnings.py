@@ -1,12 +1,18 @@
-"""Causes that begin within a dive."""
+"""Causes that begin within a dive: planted by their own form, and by a simulator that shares no equation with it."""
 
 from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from fakes.planted import explained
+from fakes.planted import diagnosed, explained
+from soak import rows_rest_in_soak
 
+from bridge.vehicle.thrusters import allocation_matrix
+from identify.challenge.case import draw_case
+from identify.challenge.planted_effects import Planted
+from identify.challenge.scenario import LAG, NOTHING, PULSE, no_force
+from identify.challenge.vehicles import LAG_S
 from identify.diagnose.accepted import _effect
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
@@ -113,3 +119,46 @@ def test_a_check_is_earlier_where_both_clocks_say_so():
     assert not is_earlier(dived(200.0), dived(100.0))
     assert not is_earlier(dived(None), dived(200.0))
     assert not is_earlier(dived(100.0), dived(None))
+
+
+def broken_case(seed, thruster, gain, seconds):
+    """A dive of the sealed dives' simulator, in the middle of which a thruster begins to give less than it is asked
+    for."""
+    case = draw_case(seed, kind="none", seconds=seconds)
+    lost = (gain - 1.0) * allocation_matrix(case.vehicle.configuration)[:, thruster - 1]
+
+    def apply(scenario, _rng):
+        scenario.drawn = no_force()._replace(
+            size=lost,
+            signal=np.array([PULSE + thruster - 1, NOTHING]),
+            when=(scenario.time_s >= 0.5 * scenario.time_s[-1]).astype(float),
+            memory=LAG,
+            memory_s=LAG_S,
+        )
+
+    return replace(case, planted=(Planted("weak_thruster", {}, apply, 1.0, novel=True),))
+
+
+@pytest.mark.parametrize(
+    ("seed", "thruster", "gain", "seconds"),
+    rows_rest_in_soak(
+        [
+            (389_104, 3, 0.44, 160.0),
+            (389_100, 4, 0.68, 400.0),
+            (389_101, 2, 0.52, 400.0),
+            (389_103, 5, 0.33, 400.0),
+            (389_106, 4, 0.64, 400.0),
+        ],
+        keep=1,
+    ),
+)
+def test_a_thruster_that_breaks_in_a_dive_made_by_other_equations_is_named_alone_with_when_and_how_much(
+    seed, thruster, gain, seconds
+):
+    case = broken_case(seed, thruster, gain, seconds)
+    diagnosis = diagnosed(case)
+    (finding,) = diagnosis.findings
+    assert (diagnosis.verdict, finding.cause.key) == ("explained", ("weak_thruster", thruster))
+    assert finding.cause.effect.since_s == pytest.approx(0.5 * seconds, abs=3.0)
+    told = finding.parameters["gain"]
+    assert told.low95 < gain < told.high95 < 0.9
