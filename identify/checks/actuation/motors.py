@@ -110,20 +110,20 @@ class _Driven:
     change: tuple[_Related, ...]
 
     def size_and_sign(self, effects: Array) -> tuple[Array, Array]:
-        """Correlations (w,) of the speed with the thrusts' effects by each of w wirings (w, k) at the best lag, its
-        size, and of its changes."""
+        """Correlations (w,) with the thrusts' effects by each of w wirings (w, k) at the best lag: of the speed, without
+        its sign, and of the speed's changes."""
         size = np.max([np.abs(related.correlations(effects)) for related in self.speed], axis=0)
         signed = np.array([related.correlations(effects) for related in self.change])
         return size, np.take_along_axis(signed, np.abs(signed).argmax(axis=0)[None], axis=0)[0]
 
     def follows(self, effects: Array) -> Array:
-        """That of the speed; 0 where it does not follow, or its changes go against it."""
+        """Correlation (w,) of the speed; 0 where it does not follow, or its changes go against it."""
         size, sign = self.size_and_sign(effects)
         return np.asarray(np.where((size > FOLLOWS) & (sign > HAS_SIGN), size, 0.0))
 
     def followed(self, effects: Array) -> Array:
-        """That of the speed with the first wiring, held against each of the others: not 0 either where its changes go
-        with the first as well as with the other, however little the speed follows."""
+        """Correlation (w,) of the speed with the first wiring, to be held against each of w wirings: not 0 either where
+        its changes go with the first as well as with the other, however little the speed follows."""
         size, sign = self.size_and_sign(effects)
         as_well = (sign[0] > HAS_SIGN) & (sign[0] >= sign)
         return np.asarray(np.where(as_well, size[0], self.follows(effects)[0]))

@@ -1,4 +1,4 @@
-"""The gap as measured with an explanation, and as an answer has it: how large, where, and what is left of it."""
+"""The gap as measured with an explanation, and as an answer has it: its size, its place and its remainder."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
