@@ -110,8 +110,10 @@ class _Driven:
     change: tuple[_Related, ...]
 
     def size_and_sign(self, effects: Array) -> tuple[Array, Array]:
-        """Correlations (w,) with the thrusts' effects by each of w wirings (w, k) at the best lag: of the speed, without
-        its sign, and of the speed's changes."""
+        """Correlations (w,) with the thrusts' effects by each of w wirings (w, k) at the best lag.
+
+        First of the speed, without its sign; then of the speed's changes.
+        """
         size = np.max([np.abs(related.correlations(effects)) for related in self.speed], axis=0)
         signed = np.array([related.correlations(effects) for related in self.change])
         return size, np.take_along_axis(signed, np.abs(signed).argmax(axis=0)[None], axis=0)[0]
