@@ -248,6 +248,12 @@ def test_an_upload_is_advised_only_where_no_check_dive_is_followed_worse_with_th
     assert plain(diagnose.what_next(explained, 80)) == [f"Nothing is left to split: {then}."]
 
 
+def test_the_check_dive_stands_first_of_how_far_the_gap_shrinks_and_the_fitted_dive_last():
+    lines = plain(diagnose.how_far(diagnosed(), 80))
+    heads = [line.split("  ")[0] for line in lines if line[:1] not in ("", " ")]
+    assert heads[1:] == [f"check dive {CHECK}", "pieces held out", "this dive, which was fitted"]
+
+
 @pytest.mark.parametrize("cells", [68, 80, 104])
 def test_no_head_of_the_map_touches_another(cells):
     head, *rows = plain(diagnose.where(diagnosed(), cells))

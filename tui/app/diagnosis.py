@@ -62,7 +62,8 @@ class Answer:
     """A diagnosis as the screen shows it.
 
     `shares` of the squared gap by degree of freedom and phase; `force_n` is the missing force, N or N m;
-    `probabilities` of the causes; `shrinks` of the drift by the data that it was measured on, NaN if unknown.
+    `probabilities` of the causes; `shrinks` of the drift by the data that it was measured on, the severest test first,
+    NaN if unknown.
     """
 
     verdict: str
@@ -113,11 +114,12 @@ def _answer(data: Mapping[str, Any]) -> Answer:
     gap, worded = data["gap"], data["told"]
     words = build(Words, {key: worded[key] for key in worded if key not in OF_DRIFT}, "told")
     of_dive = {"before": gap["before"], "after": worded["after"], "by_axis": worded.get("by_axis", {})}
-    shrinks = {"this dive, which was fitted": _shrink(of_dive)}
-    if data["shrink"]["heldout"] is not None:
-        shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | worded["heldout"])
+    shrinks = {}
     if data["shrink"]["check"] is not None:
         shrinks[f"check dive {words.check}"] = _shrink(data["shrink"]["check"])
+    if data["shrink"]["heldout"] is not None:
+        shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | worded["heldout"])
+    shrinks["this dive, which was fitted"] = _shrink(of_dive)
     probabilities = tuple(float(effect["probability"]) for effect in data["effects"])
     if len(probabilities) != len(words.causes):
         raise ValueError("causes without words")
