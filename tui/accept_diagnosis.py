@@ -12,9 +12,9 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS, 
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.version import installed
 from gcs_plugin.params import float32
-from gcs_plugin.params.identified import doubt_lines, origin, write_with_sidecar
+from gcs_plugin.params.identified import doubt_lines, origin
 from gcs_plugin.params.last_accepted import in_force
-from gcs_plugin.params.sidecar import Interval, Sidecar
+from gcs_plugin.params.sidecar import Interval, Sidecar, write_with_sidecar
 from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
 from identify.diagnose.accepted import none_accepted

@@ -145,7 +145,7 @@ def diagnosed(answer: dict[str, Any]) -> dict[str, Any]:
 
 def _sized(cause: dict[str, Any]) -> str:
     sizes = (
-        f"{name} {size['value']:.3g} {size['unit'].removeprefix('1')}".rstrip()
+        f"{name} {size['value']:.3g} {'' if size['unit'] == '1' else size['unit']}".rstrip()
         for name, size in cause["parameters"].items()
     )
     return f"{cause['name']} ({', '.join(sizes)})"

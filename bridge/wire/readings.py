@@ -27,14 +27,15 @@ Values = tuple[float, ...]
 class Reading:
     """A signal at one instant, SI units, body axes (FRD). `time_s` is NaN if the message carries no time.
 
-    Values that a device does not report are NaN. The values, by signal:
+    Values that a device does not report are NaN; a pressure sensor's temperature, for which MAVLink has no such value,
+    arrives as 0. The values, by signal:
 
         imu                        specific force (3), rates (3), temperature (deg C)
         fog                        mean yaw rate since the previous reading, dated at the middle of that interval
         dvl                        velocity at the transducer (3; NaN without bottom lock), sigma
         altitude, pressure         m; Pa, temperature (deg C)
         attitude                   w x y z, rates (3)
-        pwm, rpm                   us, one per thruster; 58 values, one per thruster and then zeros
+        pwm, rpm                   us, one per thruster; rev/min, one per thruster and then zeros, 58 in all
         tau_pid, tau_ff, tau_cmd   X Y Z K M N
         nu_fb, nu_ref              u v w p q r; the same, their six derivatives, heading, depth
         ff_mode, veh_cfg           one number
@@ -187,10 +188,9 @@ def _alive_from_wire(w: Wire) -> tuple[float, Values]:
 def _array(signal: str, name: str, width: int) -> Signal:
     """A signal in a DEBUG_FLOAT_ARRAY of `width` values under the contract's version."""
     wire_name = name.encode()
-    unused = (0.0,) * (58 - width)
 
     def to_wire(time_s: float, v: Values) -> Wire:
-        return (microseconds(time_s), ARRAY_ID, wire_name, *v, *(unused or (0.0,) * (58 - len(v))))
+        return (microseconds(time_s), ARRAY_ID, wire_name, *v, *(0.0,) * (58 - len(v)))
 
     def from_wire(w: Wire) -> tuple[float, Values]:
         return w[0] / 1e6, w[3 : 3 + width]
@@ -212,6 +212,10 @@ def _named(signal: str, name: str) -> Signal:
     return Signal(signal, dialect.MAVLink_named_value_float_message, selects, to_wire, from_wire)
 
 
+_NO_DISTANCE: Final = 65535
+_FARTHEST_CM: Final = _NO_DISTANCE - 1
+"""A recording's reader takes a distance beyond the device's farthest for none: devices here reach from 30 to 150 m."""
+
 TABLE: Final = (
     Signal("imu", dialect.MAVLink_highres_imu_message, b"\0", _imu_to_wire, _imu_from_wire),
     Signal(
@@ -229,10 +233,10 @@ TABLE: Final = (
         dialect.MAVLink_distance_sensor_message,
         bytes((_DOWN,)),
         lambda time_s, v: (
-            *(milliseconds(time_s), 5, 6000, _whole(v[0] * 100, 65535, 65535)),
+            *(milliseconds(time_s), 5, _FARTHEST_CM, _whole(v[0] * 100, _FARTHEST_CM, _NO_DISTANCE)),
             *(dialect.MAV_DISTANCE_SENSOR_ULTRASOUND, 0, _DOWN, 255, *(0,) * 7),
         ),
-        lambda w: (w[0] / 1e3, (w[3] / 100,)),
+        lambda w: (w[0] / 1e3, (NAN if w[3] == _NO_DISTANCE else w[3] / 100,)),
     ),
     Signal(
         "pressure",

@@ -2,8 +2,9 @@
 
     limits, BEGIN, arm -> (the vehicle counts down and goes to its station) -> legs, FLY -> ... -> FINISH
 
-Every command is sent again until its own acknowledgement comes; END goes ahead of all others. The vehicle's telemetry
-alone tells its state. Between commands the session says that its ground is there.
+Every command is sent again until its own acknowledgement comes, for at most `UNANSWERED_S` of hearing the vehicle; END
+goes ahead of all others. The vehicle's telemetry alone tells its state. Between commands the session says that its
+ground is there.
 """
 
 from collections import deque
@@ -25,9 +26,11 @@ AGAIN_S: Final = 0.25
 HERE_S: Final = 0.4
 """So often that several arrive within the usual `link_s` on a link that loses a third too."""
 UNANSWERED_S: Final = 10.0
+"""Longest wait for an acknowledgement, counted only while the vehicle's reports are heard."""
 SILENT_S: Final = 3.0
 MOST_TRIES: Final = 5
-"""Rows that did not all arrive are sent again so often: an old acknowledgement may stand for a new row."""
+"""Times that rows are sent again: an acknowledgement left from an earlier upload can pass for a new row's, which is
+then missing."""
 ARM: Final[int] = dialect.MAV_CMD_COMPONENT_ARM_DISARM
 _ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
 _BEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
@@ -87,12 +90,12 @@ class FlightSession:
     @property
     def ready(self) -> bool:
         """Whether the vehicle is on its station and waits for a manoeuvre."""
-        return self.idle and self._obeys and self.state is State.WAITING
+        return self.idle and self._is_current and self.state is State.WAITING
 
     @property
     def over(self) -> bool:
         """Whether the flight that was begun has ended and the vehicle holds or lies still."""
-        ended = self._obeys and self.state in (State.IDLE, State.HOLDING)
+        ended = self._is_current and self.state in (State.IDLE, State.HOLDING)
         return bool(self.failure) or (self._begun and self.idle and ended)
 
     @property
@@ -134,14 +137,20 @@ class FlightSession:
     def disarm(self) -> None:
         self._arm(0.0)
 
+    def fail(self, words: str) -> None:
+        """Give the flight up, and all that was asked; what is asked afterwards, to end or to disarm, is still sent."""
+        self._queue.clear()
+        self.failure = words
+
     def tick(self, now_s: float) -> list[Any]:
-        if not self._queue or self.failure:
+        if not self._queue:
             self._asked_s = None
             return self._here(now_s)
         if self._asked_s is None or self.silent(now_s):
             self._asked_s = now_s
         if now_s - self._asked_s > UNANSWERED_S:
-            self.failure = "the vehicle does not answer"
+            self.fail("the vehicle does not answer")
+            return []
         if now_s - self._sent_s < AGAIN_S:
             return []
         self._sent_s = now_s
@@ -170,19 +179,18 @@ class FlightSession:
                 self._on_ack(message)
 
     @property
-    def _obeys(self) -> bool:
-        """Whether the vehicle's last word is later than the last order that it acknowledged."""
+    def _is_current(self) -> bool:
+        """Whether the vehicle's last report already has the number of the last order."""
         return self.heard is not None and self.heard.number == self._number
 
     def _on_flight(self, values: tuple[float, ...], now_s: float) -> None:
         state, end, number, *others = values
         try:
             heard = Heard(State(int(state)), End(int(end)), number, *others)
-        except ValueError:
+        except (ValueError, OverflowError):
             return
         if self.heard is not None and self.heard.number > 0.0 == number:
-            self.failure = "the vehicle started anew, and lies still"
-            self._queue.clear()
+            self.fail("the vehicle started anew, and lies still")
         self.heard, self.heard_s = heard, now_s
 
     def _on_ack(self, message: Any) -> None:
@@ -202,8 +210,7 @@ class FlightSession:
             self._tries += 1
             self._queue.extendleft(reversed(self._rows))
             return
-        self._queue.clear()
-        self.failure = (
+        self.fail(
             "this vehicle flies no manoeuvres by itself"
             if unsupported
             else "the vehicle refuses; its words say why"

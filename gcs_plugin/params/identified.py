@@ -1,20 +1,20 @@
 """An identification's JSON as parameters: values, intervals, doubts, and the file with its sidecar."""
 
 import re
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.errors import ParamRejected, ParamUnwritten
+from bridge.errors import ParamRejected
 from bridge.plain import is_number
 from bridge.text import as_clause
 from bridge.vehicle.coefficients import DAMPINGS, OF_HULL, QUADRATICS
 from bridge.vehicle.config import VehicleFile
 from bridge.version import installed
 from gcs_plugin.params import float32
-from gcs_plugin.params.files import LINE_END, text_in, write_parameters
-from gcs_plugin.params.sidecar import Interval, Sidecar, write_sidecar
+from gcs_plugin.params.files import LINE_END, text_in
+from gcs_plugin.params.sidecar import Interval, Sidecar, write_with_sidecar
 
 OF_A_PRIOR: Final = "prior"
 """Culprit of a doubt that concerns no value of the identification."""
@@ -24,8 +24,8 @@ OF_A_PRIOR: Final = "prior"
 class Estimate:
     """A parameter in an identification's JSON, in `unit`, with its 95 % interval; None if undetermined.
 
-    The interval holds given the vehicle file's thrust, by which values are compared and act, unless a force standard
-    corrected the thrust.
+    The interval leaves out how well the vehicle file's thrust is known, unless a force standard corrected the thrust:
+    values are compared, and act, by that thrust.
 
     `reason` says why it is not identifiable.
     """
@@ -186,15 +186,3 @@ def origin_in(path: Path) -> tuple[str, str] | None:
     """
     lines = (_ORIGIN.fullmatch(line) for line in LINE_END.split(text_in(path)))
     return next(((match[1], match[2]) for match in lines if match), None)
-
-
-def write_with_sidecar(
-    path: Path, values: Mapping[str, float], words: Sequence[str], sidecar: Sidecar
-) -> None:
-    """Write a parameter file with its sidecar, or neither: without the sidecar, the doubts would be lost."""
-    write_parameters(path, values, words)
-    try:
-        write_sidecar(path, sidecar)
-    except ParamUnwritten:
-        path.unlink(missing_ok=True)
-        raise

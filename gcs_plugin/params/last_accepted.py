@@ -18,7 +18,7 @@ from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, kept_in, path_of, receipt_of
-from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_sidecar
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_with_sidecar
 from gcs_plugin.params.transfer import Outcome
 
 ACCEPTED: Final = "-accepted.param"
@@ -52,19 +52,18 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, complete: bool) -> 
         return None
     path = path_of(receipt.preimage, ACCEPTED)
     words = f"what vehicle {receipt.system}, component {receipt.component} accepted, {receipt.started_utc}"
-    write_parameters(path, values, (words,), receipt.system, receipt.component)
-    if sidecar is not None:
-        coefficients = {known.name for name in values if (known := coefficient_of(name)) is not None}
-        write_sidecar(
-            path,
-            replace(
-                sidecar,
-                intervals={name: known for name, known in sidecar.intervals.items() if name in values},
-                doubted={name: why for name, why in sidecar.doubted.items() if name in coefficients},
-                effects=sidecar.effects if complete else (),
-                foretold=sidecar.foretold if complete else (),
-            ),
-        )
+    if sidecar is None:
+        write_parameters(path, values, (words,), receipt.system, receipt.component)
+        return path
+    coefficients = {known.name for name in values if (known := coefficient_of(name)) is not None}
+    about_these = replace(
+        sidecar,
+        intervals={name: known for name, known in sidecar.intervals.items() if name in values},
+        doubted={name: why for name, why in sidecar.doubted.items() if name in coefficients},
+        effects=sidecar.effects if complete else (),
+        foretold=sidecar.foretold if complete else (),
+    )
+    write_with_sidecar(path, values, (words,), about_these, receipt.system, receipt.component)
     return path
 
 

@@ -1,16 +1,17 @@
 """The sidecar of a `.param`: a JSON file next to it, with the provenance of its values and their intervals."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Final
 
 from bridge import schema
-from bridge.errors import ConfigError, ParamRejected
+from bridge.errors import ConfigError, ParamRejected, ParamUnwritten
 from bridge.files import read_small
 from bridge.plain import from_json, to_json
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.forecast import Credit, ForecastRow
-from gcs_plugin.params.files import replace_text
+from gcs_plugin.params.files import replace_text, write_parameters
 
 FORMAT: Final = 1
 
@@ -77,6 +78,24 @@ def write_sidecar(path: Path, sidecar: Sidecar) -> Path:
     target = sidecar_path(path)
     replace_text(target, to_json(asdict(sidecar), indent=2) + "\n")
     return target
+
+
+def write_with_sidecar(
+    path: Path,
+    values: Mapping[str, float],
+    words: Sequence[str],
+    sidecar: Sidecar,
+    system: int | None = None,
+    component: int = 1,
+) -> None:
+    """Write a parameter file, as `files.write_parameters` does, with its sidecar, or neither: without the sidecar, the
+    doubts would be lost."""
+    write_parameters(path, values, words, system, component)
+    try:
+        write_sidecar(path, sidecar)
+    except ParamUnwritten:
+        path.unlink(missing_ok=True)
+        raise
 
 
 def read_sidecar(path: Path) -> Sidecar | None:

@@ -20,7 +20,6 @@ from bridge.wire.status_codes import CrewText, decoded
 
 NAN: Final = math.nan
 MILLI_G: Final = 9.80665e-3
-UNKNOWN_ALTITUDE_M: Final = 655.35  # 65535 cm
 SERVOS: Final = 16
 
 
@@ -139,7 +138,7 @@ def _of_reading(signal: str, values: Values) -> tuple[Heard, ...]:
         return Heard("dvl", 0, values), Heard("velocity", 0, values[:3])
     if signal == "altitude":
         metres = values[0]
-        return (Heard("altitude", 0, (metres if 0.0 < metres < UNKNOWN_ALTITUDE_M else NAN,)),)
+        return (Heard("altitude", 0, (metres if metres > 0.0 else NAN,)),)
     return (Heard(signal, 0, values),)
 
 

@@ -1,7 +1,7 @@
 """Curves over time that a reader can zoom: panels over a shared time axis, stretched in time and in height by buttons.
 
 The style sheet alone stretches the curves, without a script; lines keep their width, and times and values stay text.
-The margin of values hides no part of unstretched curves.
+As long as nothing is stretched, the scale covers no curve.
 """
 
 import math
@@ -26,7 +26,7 @@ MOST_POINTS = 3_000
 """Most points of a curve: with six panels of four curves a page stays below 1 MB."""
 
 HEIGHTS = (1, 4)
-"""Heights of a panel, in that of the whole, which STYLE gives."""
+"""Stretches of a panel's height, in heights as STYLE gives them."""
 
 SILENT_STEPS, SILENT_S = 5.0, 1.0
 """The first curve of a panel breaks at a longer step, in usual steps and in s: between two runs nothing is known."""
@@ -91,9 +91,9 @@ STYLE = """
 """curve0 to curve2: measured, before, after; mode0 to mode3: dives over each other, in the order of `plot.STYLES`."""
 
 
-def render(traces_drawn: Traces, key: str) -> str:
+def render(traces: Traces, key: str) -> str:
     """Render as HTML. key: makes the ids of its buttons unique in the page."""
-    kept = _thinned(traces_drawn)
+    kept, runs = _thinned(traces)
     buttons = '<span class="zooms">in time</span>' + "".join(
         f'<input type="radio" class="zoom{by}" name="{key}" id="{key}-{by}"{" checked" if by == ZOOMS[0] else ""}>'
         f'<label for="{key}-{by}">{"whole" if by == ZOOMS[0] else f"{by} times"}</label>'
@@ -106,11 +106,12 @@ def render(traces_drawn: Traces, key: str) -> str:
         for kind, label in zip(kept.kinds, kept.labels, strict=False)
     )
     span_s = float(kept.time_s[-1]) if len(kept.time_s) else 0.0
-    band = "".join(_panel(title, curves, kept, span_s) for title, curves in kept.panels) + _times(span_s)
+    known = [(title, curves) for title, curves in kept.panels if np.isfinite(curves).any()]
+    band = "".join(_panel(title, curves, kept, runs, span_s) for title, curves in known) + _times(span_s)
     return (
-        f'<figure class="traces" aria-label="{safe(traces_drawn.name)}">\n<ul class="key">{words}</ul>\n{buttons}\n'
+        f'<figure class="traces" aria-label="{safe(traces.name)}">\n<ul class="key">{words}</ul>\n{buttons}\n'
         f'<div class="pane" tabindex="0"><div class="band">\n{band}</div></div>\n'
-        f"<figcaption>{safe(traces_drawn.caption)}</figcaption></figure>\n"
+        f"<figcaption>{safe(traces.caption)}</figcaption></figure>\n"
     )
 
 
@@ -123,18 +124,19 @@ def _heights(key: str) -> str:
     )
 
 
-def _thinned(traces_drawn: Traces) -> Traces:
-    """Keep every k-th instant, and the ends of every block."""
-    every = -(-len(traces_drawn.time_s) // MOST_POINTS)
+def _thinned(traces: Traces) -> tuple[Traces, NDArray[np.intp]]:
+    """Every k-th instant, and the ends of every block and run; with the number of the run of each."""
+    runs = _runs(traces.time_s)
+    every = -(-len(traces.time_s) // MOST_POINTS)
     if every <= 1:
-        return traces_drawn
-    ends = np.flatnonzero(np.diff(traces_drawn.block))
-    at = np.unique(np.concatenate([np.arange(0, len(traces_drawn.time_s), every), ends, ends + 1]))
-    panels = tuple((title, curves[:, at]) for title, curves in traces_drawn.panels)
-    return replace(traces_drawn, time_s=traces_drawn.time_s[at], block=traces_drawn.block[at], panels=panels)
+        return traces, runs
+    ends = np.flatnonzero(np.diff(traces.block) | np.diff(runs))
+    at = np.unique(np.concatenate([np.arange(0, len(traces.time_s), every), ends, ends + 1]))
+    panels = tuple((title, curves[:, at]) for title, curves in traces.panels)
+    return replace(traces, time_s=traces.time_s[at], block=traces.block[at], panels=panels), runs[at]
 
 
-def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
+def _panel(title: str, curves: Array, of: Traces, runs: NDArray[np.intp], span_s: float) -> str:
     low, high = float(np.nanmin(curves)), float(np.nanmax(curves))
     room = 0.05 * (high - low) or 1.0
     low, high = low - room, high + room
@@ -148,7 +150,7 @@ def _panel(title: str, curves: Array, of: Traces, span_s: float) -> str:
     )
     paths = "".join(
         f'<path class="curve {of.kinds[k]}" '
-        f'd="{_path(across, HIGH * (high - curve) / (high - low), of.block if k else _runs(of.time_s))}"/>'
+        f'd="{_path(across, HIGH * (high - curve) / (high - low), of.block if k else runs)}"/>'
         for k, curve in enumerate(curves)
         if np.isfinite(curve).any()
     )

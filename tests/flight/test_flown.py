@@ -245,6 +245,16 @@ def test_the_end_key_makes_it_hold_here_and_a_second_press_disarms_it():
     assert np.abs(sea.state[:3] - place).max() < 0.1
 
 
+def test_after_a_failure_the_end_key_still_reaches_the_vehicle_and_what_was_asked_before_does_not():
+    sea = Sea().flying(AWAY, 5.0)
+    sea.session.fly(AWAY)
+    sea.session.fail("the vehicle does not answer")
+    assert sea.session.idle
+    sea.session.stop()
+    sea.until(lambda: sea.flight.state is State.HOLDING, within_s=0.5)
+    assert sea.flight.end is End.KEY
+
+
 def test_a_vehicle_that_starts_anew_lies_still_and_its_ground_says_so():
     sea = Sea().flying()
     sea.switch_on(HERE_M)

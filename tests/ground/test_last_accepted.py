@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bridge.errors import ParamRejected
+from bridge.errors import ParamRejected, ParamUnwritten
 from bridge.vehicle.forecast import Credit, ForecastRow
 from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
@@ -89,6 +89,14 @@ def test_what_was_accepted_keeps_what_its_source_said_of_the_lines_that_were_sen
     before = receipts.keep(FF1_M_U=100.0)
     kept = read_sidecar(before.with_name(before.name.replace("before", "accepted")))
     assert kept == dataclasses.replace(SIDECAR, intervals={"FF1_M_U": MASS}, doubted={"M_u": "too short"})
+
+
+def test_values_whose_doubts_cannot_be_kept_are_not_kept_either(receipts):
+    receipts.keep(FF1_M_U=100.0)
+    (receipts.path / f"2026-11-21T06{receipts.minute + receipts.minutes:02d}00Z-accepted.param.json").mkdir()
+    with pytest.raises(ParamUnwritten):
+        receipts.keep(FF1_M_U=104.0)
+    assert receipts.accepted() == {"FF1_M_U": 100.0}
 
 
 @pytest.mark.parametrize(

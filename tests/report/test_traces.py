@@ -51,6 +51,16 @@ def test_an_hour_in_six_degrees_of_freedom_stays_below_a_megabyte():
     assert "nan" not in render(still, "a")
 
 
+def test_a_silence_of_ten_seconds_breaks_the_curve_of_a_long_dive_too_and_a_panel_of_nothing_is_left_out():
+    n = 30_000
+    time_s = 0.02 * np.arange(n) + np.where(np.arange(n) < 14_990, 0.0, 10.0)
+    wave = np.sin(time_s)[None]
+    panels = (("surge, m/s", wave), ("sway, m/s", np.full((1, n), np.nan)))
+    html = render(Traces("v", "w", ("measured",), time_s, np.zeros(n, dtype=int), panels), "a")
+    assert [path.count("M") for path in re.findall(r'<path class="curve curve0" d="(M[^"H]*)"', html)] == [2]
+    assert "sway" not in html
+
+
 def test_the_page_shows_measured_beside_simulated_on_the_check_dive_or_else_held_out():
     page = read(diagnosis(prediction=prediction("lap-4"), held=prediction("pieces held out")))
     assert "3.1 Measured and simulated" in page

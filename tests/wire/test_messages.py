@@ -152,6 +152,15 @@ def test_altitude_looks_down_in_centimetres_and_pressure_is_hectopascal():
     assert (m["press_abs"], m["temperature"]) == (1250.0, 1850)
 
 
+@pytest.mark.parametrize(("metres", "cm"), [(120.0, 12000), (1000.0, 65534), (NAN, 65535)])
+def test_an_altitude_beyond_60_m_is_within_what_the_message_calls_farthest_and_none_comes_back_as_none(
+    metres, cm
+):
+    reading, m = over_the_wire(Reading("altitude", 2.0, (metres,)))
+    assert m["current_distance"] == cm
+    assert math.isnan(reading.values[0]) if math.isnan(metres) else cm <= m["max_distance"]
+
+
 @pytest.mark.parametrize(("degrees", "cog"), [(359.997, 35999), (-0.5, 35950), (360.0, 0), (NAN, 65535)])
 def test_a_course_over_ground_stays_below_a_whole_turn(degrees, cog):
     _, m = over_the_wire(Reading("gnss", 2.0, (3.0, 45.0, 12.0, 0.0, 1.0, 0.5, math.radians(degrees), 9.0)))

@@ -1,6 +1,7 @@
 """Looks of the roles in three themes and without colour, and the theme of the last session.
 
-`sunlight` has no tints: weight, underline and inverse distinguish states.
+`sunlight` is black on white, for a screen in the sun: weight, underline and inverse raise a state, and its words and
+marks say which it is.
 """
 
 import contextlib

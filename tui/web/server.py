@@ -94,7 +94,7 @@ async def _guard(_: web.Request, response: web.StreamResponse) -> None:
 def refusal(host: str, origin: str | None, served: str) -> str:
     """Reason to refuse a request with these headers, "" to accept it; `served` is the host given for the page."""
     name = _name(host)
-    if not (_is_local(name) or name == served):
+    if not (_is_local(name) or name == served.lower()):
         return (
             f"this page does not answer to the name '{name}'; open it by its address, or by a name in .local"
         )
