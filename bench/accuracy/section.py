@@ -73,7 +73,7 @@ def goal_lines(tallies: Sequence[Tally]) -> list[str]:
         *paragraph(
             "Every figure of an error is of stated coefficients alone: one that a method refuses though its bound is",
             f"below 30 % has no value and so no error, and is in none of them. So refused: {refused or 'none'}.",
-            "The interval of a coverage takes a mission's coefficients as they hang together (ratio estimator over",
+            "A coverage's interval allows for the correlation of a mission's coefficients (ratio estimator over",
             "missions, Cochran 1977, section 3.12; Wilson 1927 at the effective count); the goal is judged by the",
             "share itself.",
         ),
@@ -81,8 +81,8 @@ def goal_lines(tallies: Sequence[Tally]) -> list[str]:
 
 
 def distances(trials: Sequence[Trial]) -> dict[int, list[float]]:
-    """Distances over the larger standard error, by seed that both methods answered, of all coefficients that both
-    state."""
+    """Distance of the two methods' estimates, over the larger standard error, of each coefficient that both state; by
+    seed of the missions that both answered."""
     return {seed: [_distance(*pair) for pair in pairs] for seed, pairs in _pairs(trials).items()}
 
 
@@ -210,7 +210,7 @@ def _overall(tallies: list[Tally]) -> list[str]:
                 f"{np.nanmean(z):+.2f}",
                 f"{100 * relative.mean():+.2f} %",
                 f"{100 * share:.1f} % ({100 * low:.1f} to {100 * high:.1f})",
-                f"{100 * np.mean(np.abs(z) > 3):.2f} %",
+                f"{100 * np.mean(np.abs(z[np.isfinite(z)]) > 3):.2f} %",
                 str(len(wild)),
                 str(sum(not case.warned for case in wild)),
             ]
@@ -238,7 +238,7 @@ def _by_coefficient(result: Tally, bounds: list[Bound]) -> list[str]:
         z = np.array([case.z for case in cases])
         inside = f"{100 * np.mean([case.inside for case in cases]):.1f} %"
         bound = f"{100 * np.median(least):.2f} %"
-        spread = f"{z.mean():+.2f}", f"{z.std():.2f}"
+        spread = f"{np.nanmean(z):+.2f}", f"{np.nanstd(z):.2f}"
         rows.append((coefficient.name, bound, len(cases), _ratios(cases), *spread, inside))
     return [f"`{result.method}` by coefficient:", "", *table(BY_COEFFICIENT, rows)]
 

@@ -26,7 +26,6 @@ def standing_for(recordings: Sequence[Path]) -> list[Path]:
 LAST: Final = 8
 """Number of last frames of a vehicle that are compared: one of them states a time that no other frame does."""
 TAIL_BYTES: Final = 1 << 16
-AFTERWARDS: Final = f"after {WHOLE} was made"
 GROUNDS: Final = 240
 """System ids from here on are ground stations', whose heartbeats repeat byte for byte."""
 
@@ -57,9 +56,10 @@ def lacked_words(folder: Path, lacking: Iterable[Path]) -> str:
     if not files:
         return ""
     names = " and ".join(file.name for file in files)
+    have = "has" if len(files) == 1 else "have"
     return (
-        f"{names} went on, or came, {AFTERWARDS}, and what that lacks of it is not read: "
-        f"`seatrial merge {folder} {files[0]}` puts it in."
+        f"{names} {have} frames that {WHOLE} lacks, and these are not read: "
+        f"`seatrial merge {folder} {' '.join(map(str, files))}` adds them."
     )
 
 

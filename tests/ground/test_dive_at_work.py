@@ -16,7 +16,7 @@ from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder
 from bridge.wire.redaction import FILE_TRANSFER
-from bridge.wire.whole_recording import WHOLE, lacked
+from bridge.wire.whole_recording import WHOLE, lacked, lacked_words
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import write_records
@@ -220,7 +220,7 @@ def test_what_was_recorded_or_put_there_after_a_dive_was_made_whole_is_told_and_
     folder, frames, other, name, capsys
 ):
     after(folder, frames, other, name)
-    words = f"{name} went on, or came, after {WHOLE} was made, and what that lacks of it is not read"
+    words = f"{name} has frames that {WHOLE} lacks, and these are not read"
     for verb in (["dives", str(folder.path)], ["import", str(folder.path)]):
         cli.main(verb)
         assert words in " ".join(capsys.readouterr().out.split())
@@ -229,9 +229,17 @@ def test_what_was_recorded_or_put_there_after_a_dive_was_made_whole_is_told_and_
     assert {raw for _, raw in frames} <= set(raws(folder.path / WHOLE))
     for verb in (["dives", str(folder.path)], ["import", str(folder.path)]):
         cli.main(verb)
-        assert "is not read" not in " ".join(capsys.readouterr().out.split())
+        assert "are not read" not in " ".join(capsys.readouterr().out.split())
     assert cli.main(["merge", str(folder.path), str(folder.path / name)]) == exit_codes.BAD_INPUT
     assert "is this dive's own recording" in capsys.readouterr().err
+
+
+def test_where_several_recordings_lack_in_the_whole_one_a_single_command_adds_them_all(tmp_path):
+    first, second = tmp_path / "telemetry.tlog", tmp_path / "telemetry.2.tlog"
+    assert lacked_words(tmp_path, [first, second]).endswith(
+        f"`seatrial merge {tmp_path} {first} {second}` adds them."
+    )
+    assert lacked_words(tmp_path, []) == ""
 
 
 def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder):

@@ -61,12 +61,13 @@ def wet_check(file, configuration, *, wiring=None, signs=None, latency_s=None, s
 def sensed(vehicle, time_s, state, nu_dot, late, rng, noise):
     velocity, rate = state[:, 7:10], state[:, 10:13]
     sensors = vehicle.sensors.present()
-    lever = {n: np.array(d.mounting.position_m) for n, d in sensors.items()}
+    lever = {name: np.array(device.mounting.position_m) for name, device in sensors.items()}
     at_dvl = velocity + np.cross(rate, lever.get("dvl", np.zeros(3)))
     w, x, y, z = state[:, 3:7].T
     down = np.column_stack([2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)])
+    to_imu = lever.get("imu", np.zeros(3))
     force = nu_dot[:, :3] + np.cross(rate, velocity) - GRAVITY_M_S2 * down
-    force = force + np.cross(nu_dot[:, 3:], lever.get("imu", np.zeros(3)))
+    force = force + np.cross(nu_dot[:, 3:], to_imu) + np.cross(rate, np.cross(rate, to_imu))
 
     def sampled(value, rate_hz, sigma, late_s):
         at = np.arange(0.3 / rate_hz, time_s[-1], 1 / rate_hz)
@@ -82,7 +83,8 @@ def sensed(vehicle, time_s, state, nu_dot, late, rng, noise):
 
 
 def turned(record, sensor, turn):
-    """The record as that sensor would give it if it sat turned: measured = turn @ true."""
+    """The record as that sensor would give it if it sat turned: measured = turn @ true; a gyro of one axis sits upside
+    down."""
     if sensor == "dvl":
         return replace(record, velocity=Series(record.velocity.time_s, record.velocity.value @ turn.T))
     if sensor == "fog":
