@@ -138,7 +138,7 @@ def lines(score: Score) -> list[str]:
         *paragraph(
             "A goal is judged by the figure itself. A dive that the diagnosis refused counts as wrong. The true class",
             "holds the causes that no method can tell apart from such a recording",
-            "(`identify/challenge/true_class.py`).",
+            "(`identify/challenge/indistinguishable.py`).",
             "How large an effect truly is, is told by the library's form that comes nearest to what was planted, over",
             "that dive (`identify/challenge/nearest_parameters.py`); the error of a magnitude is over that.",
         ),

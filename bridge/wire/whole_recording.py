@@ -17,7 +17,7 @@ WHOLE: Final = "telemetry.whole.tlog"
 """Lies next to the ground's `telemetry.tlog`, which stays unchanged. Holds its frames and those the vehicle kept."""
 
 
-def standing_for(recordings: Sequence[Path]) -> list[Path]:
+def files_to_read(recordings: Sequence[Path]) -> list[Path]:
     """Return the recordings of a dive to read: the complete recording if present, otherwise all recordings."""
     whole = [path for path in recordings if path.name == WHOLE]
     return whole or list(recordings)
@@ -30,7 +30,7 @@ GROUNDS: Final = 240
 """System ids from here on are ground stations', whose heartbeats repeat byte for byte."""
 
 
-def lacked(recordings: Sequence[Path]) -> list[Path]:
+def with_unmerged_frames(recordings: Sequence[Path]) -> list[Path]:
     """Return the recordings of a dive with frames that its complete recording lacks; [] without a complete recording.
 
     A recording that can't be read counts as lacking nothing.
@@ -50,7 +50,7 @@ def lacked(recordings: Sequence[Path]) -> list[Path]:
     ]
 
 
-def lacked_words(folder: Path, lacking: Iterable[Path]) -> str:
+def unmerged_words(folder: Path, lacking: Iterable[Path]) -> str:
     """Return a sentence for the crew; "" if nothing is lacking."""
     files = list(lacking)
     if not files:

@@ -16,7 +16,7 @@ from bridge.clock import utc_text
 from bridge.errors import ConfigError, LogError
 from bridge.files import write_whole
 from bridge.vehicle.config import CONFIGS, VehicleFile
-from bridge.wire.whole_recording import WHOLE, standing_for
+from bridge.wire.whole_recording import WHOLE, files_to_read
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dives.recordings import number, order, recordings
 from gcs_plugin.locks import LockedTlogWriter, folder_lock
@@ -103,7 +103,7 @@ class DiveFolder:
 
     def telemetry(self) -> list[Path]:
         """The recordings to read: the file merged from all recordings if it exists, otherwise as `heard`."""
-        return standing_for(sorted(self.path.glob("telemetry*.tlog"), key=number))
+        return files_to_read(sorted(self.path.glob("telemetry*.tlog"), key=number))
 
     def heard(self) -> list[Path]:
         """Recordings made by the ground station, in the order in which they were begun."""

@@ -21,7 +21,7 @@ from bridge.plain import from_json
 from bridge.wire.framing import MAGIC_1, MAGIC_2
 from bridge.wire.readings import decode
 from bridge.wire.tlog import LATEST_US, STAMP, SUFFIXES, next_record
-from bridge.wire.whole_recording import standing_for
+from bridge.wire.whole_recording import files_to_read
 
 MINUTE_S: Final = 60.0
 GLANCE: Final = ".glance.json"
@@ -81,7 +81,7 @@ def _start_s(folder: Path, _changed_ns: int) -> float:
     Raises LookupError, which is not cached, if neither gives it yet.
     """
     files = recordings(folder)
-    first = next(iter(standing_for(sorted(files, key=number))), None)
+    first = next(iter(files_to_read(sorted(files, key=number))), None)
     stamp_s = first_stamp_s(first) if first is not None else None
     return _by_glance(folder) if stamp_s is None else stamp_s
 
@@ -144,7 +144,7 @@ def length_s(folder: Path) -> float | None:
     By the vehicle's clocks where they went further than the stamps: a simulated vehicle may be faster than the sea.
     """
     try:
-        files = standing_for(sorted(recordings(folder), key=number))
+        files = files_to_read(sorted(recordings(folder), key=number))
     except LogError:
         return None
     first_s = next(filter(None, map(first_stamp_s, files)), None)

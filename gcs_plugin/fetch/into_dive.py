@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError, NotOfThisDive
 from bridge.wire.framing import Frame, decode
-from bridge.wire.whole_recording import WHOLE, lacked
+from bridge.wire.whole_recording import WHOLE, with_unmerged_frames
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import Whole, made_whole, write_records
 from gcs_plugin.fetch.requests import Listing
@@ -148,7 +148,7 @@ def renew(folder: DiveFolder, source: tuple[int, int]) -> Whole | None:
     Raises LogError as `made_whole` does.
     """
     whole = folder.path / WHOLE
-    if not lacked([*folder.heard(), *folder.telemetry()]):
+    if not with_unmerged_frames([*folder.heard(), *folder.telemetry()]):
         return None
     made = made_whole(folder.heard(), [whole], source)
     write_records(whole, made.records)

@@ -22,8 +22,8 @@ from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.peers import GROUND_STATION, Source
 
-AGAIN_S: Final = 0.25
-HERE_S: Final = 0.4
+RESEND_S: Final = 0.25
+ALIVE_EVERY_S: Final = 0.4
 """So often that several arrive within the usual `link_s` on a link that loses a third too."""
 UNANSWERED_S: Final = 10.0
 """Longest wait for an acknowledgement, counted only while the vehicle's reports are heard."""
@@ -47,7 +47,7 @@ class _Command:
 
 
 @dataclass(frozen=True, slots=True)
-class Heard:
+class FlightReport:
     """The vehicle's last report of its flight."""
 
     state: State
@@ -69,9 +69,9 @@ class FlightSession:
         self._queue: deque[_Command] = deque()
         self._rows: list[_Command] = []
         self._tries = 0
-        self._sent_s = self._here_s = -1e9
+        self._sent_s = self._alive_s = -1e9
         self._asked_s: float | None = None
-        self.heard: Heard | None = None
+        self.heard: FlightReport | None = None
         self.heard_s = -1e9
         self.armed = self.has_armed = False
         self._begun = False
@@ -145,23 +145,23 @@ class FlightSession:
     def tick(self, now_s: float) -> list[Any]:
         if not self._queue:
             self._asked_s = None
-            return self._here(now_s)
+            return self._ground_alive(now_s)
         if self._asked_s is None or self.silent(now_s):
             self._asked_s = now_s
         if now_s - self._asked_s > UNANSWERED_S:
             self.fail("the vehicle does not answer")
             return []
-        if now_s - self._sent_s < AGAIN_S:
+        if now_s - self._sent_s < RESEND_S:
             return []
         self._sent_s = now_s
         command = self._queue[0]
         return [dialect.MAVLink_command_long_message(*self.vehicle, command.command, 0, *command.numbers)]
 
-    def _here(self, now_s: float) -> list[Any]:
+    def _ground_alive(self, now_s: float) -> list[Any]:
         """That this ground is still there, while its flight is under way."""
-        if not self._begun or self.over or now_s - self._here_s < HERE_S:
+        if not self._begun or self.over or now_s - self._alive_s < ALIVE_EVERY_S:
             return []
-        self._here_s = now_s
+        self._alive_s = now_s
         numbers = (float(Order.HERE), *(0.0,) * 6)
         return [dialect.MAVLink_command_long_message(*self.vehicle, ORDER, 0, *numbers)]
 
@@ -186,7 +186,7 @@ class FlightSession:
     def _on_flight(self, values: tuple[float, ...], now_s: float) -> None:
         state, end, number, *others = values
         try:
-            heard = Heard(State(int(state)), End(int(end)), number, *others)
+            heard = FlightReport(State(int(state)), End(int(end)), number, *others)
         except (ValueError, OverflowError):
             return
         if self.heard is not None and self.heard.number > 0.0 == number:

@@ -10,13 +10,13 @@ import numpy as np
 from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
+from identify.challenge.indistinguishable import alike
 from identify.challenge.mission import DEPTH, LONGEST_S, SHORTEST_S, draw_mission, sampled
 from identify.challenge.nearest_parameters import nearest, sizes
 from identify.challenge.novel_effects import NOVEL
 from identify.challenge.planted_effects import ABSORBED, BY_NAME_ALONE, PLANTS
 from identify.challenge.scenario import Planted, Scenario, scenario_of
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
-from identify.challenge.true_class import alike
 from identify.challenge.vehicles import STEP_S, DrawnVehicle, draw_clock, draw_noise, draw_vehicle
 from identify.dive import Dive
 

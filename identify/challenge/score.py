@@ -9,8 +9,8 @@ from itertools import permutations
 from typing import Any
 
 from identify.challenge.answer import Answer, Named, errors
+from identify.challenge.indistinguishable import alike
 from identify.challenge.planted_effects import ABSORBED
-from identify.challenge.true_class import alike
 from identify.statistics import wilson
 
 CLEAR = 0.5

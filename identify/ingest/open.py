@@ -16,7 +16,7 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire import tlog
 from bridge.wire.tlog import SUFFIXES
-from bridge.wire.whole_recording import lacked, lacked_words, standing_for
+from bridge.wire.whole_recording import files_to_read, unmerged_words, with_unmerged_frames
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
 from identify.checks.readings.missing_signals import missing_signals
@@ -130,7 +130,7 @@ def recording_files(path: Path) -> list[Path]:
         return [path]
     recordings = sorted(file for file in path.iterdir() if file.name.endswith(SUFFIXES))
     ours = _ours(recordings)
-    chosen = standing_for(ours) or recordings
+    chosen = files_to_read(ours) or recordings
     if len(chosen) > 1 and chosen is recordings:
         names = ", ".join(file.name for file in recordings)
         raise LogError(f"holds several recordings ({names}); name one of them", path)
@@ -171,7 +171,7 @@ def _unread(path: Path) -> tuple[str, ...]:
     """Describe what a dive folder's own recordings hold that the completed recording, which is read, lacks."""
     if not path.is_dir():
         return ()
-    words = lacked_words(path, lacked(_ours(path.iterdir())))
+    words = unmerged_words(path, with_unmerged_frames(_ours(path.iterdir())))
     return (Note(words, Kind.LACKING),) if words else ()
 
 

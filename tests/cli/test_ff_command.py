@@ -93,8 +93,7 @@ def test_where_only_one_that_is_gone_keeps_off_from_its_end_the_way_out_is_told_
     recording_that_heard(vehicle, HeardVehicle(1, 1, True, now_s), HeardVehicle(2, 1, True, now_s - 60.0))
     assert cli.main(["ff", "off", "--seconds", "20"]) == exit_codes.NO
     sentence = (
-        "vehicle 2 is not heard, and OFF is sent until an answer comes; "
-        "where that is switched off, Ctrl-C ends this"
+        "vehicle 2 is not heard; OFF is sent until an answer comes. If it is powered down, Ctrl-C ends this"
     )
     assert " ".join(capsys.readouterr().err.split()).count(sentence) == 1
 

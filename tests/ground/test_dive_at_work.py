@@ -16,7 +16,7 @@ from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder
 from bridge.wire.redaction import FILE_TRANSFER
-from bridge.wire.whole_recording import WHOLE, lacked, lacked_words
+from bridge.wire.whole_recording import WHOLE, unmerged_words, with_unmerged_frames
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import write_records
@@ -210,7 +210,7 @@ def after(folder, frames, other, name):
     third = len(frames) // 3
     write_records(folder.path / "telemetry.tlog", frames[: 2 * third])
     merge(folder, other)
-    assert lacked(list(folder.path.iterdir())) == []
+    assert with_unmerged_frames(list(folder.path.iterdir())) == []
     now = frames if name == "telemetry.tlog" else frames[2 * third :]
     write_records(folder.path / name, now)
 
@@ -236,10 +236,10 @@ def test_what_was_recorded_or_put_there_after_a_dive_was_made_whole_is_told_and_
 
 def test_where_several_recordings_lack_in_the_whole_one_a_single_command_adds_them_all(tmp_path):
     first, second = tmp_path / "telemetry.tlog", tmp_path / "telemetry.2.tlog"
-    assert lacked_words(tmp_path, [first, second]).endswith(
+    assert unmerged_words(tmp_path, [first, second]).endswith(
         f"`seatrial merge {tmp_path} {first} {second}` adds them."
     )
-    assert lacked_words(tmp_path, []) == ""
+    assert unmerged_words(tmp_path, []) == ""
 
 
 def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder):
@@ -249,7 +249,7 @@ def test_the_next_fetch_puts_in_what_came_since_as_well(tmp_path, folder):
     fetcher = fetcher_of(dive)
     fetcher.whole(folder)
     write_records(folder.path / "telemetry.tlog", dive.heard)
-    assert lacked(list(folder.path.iterdir())) == [folder.path / "telemetry.tlog"]
+    assert with_unmerged_frames(list(folder.path.iterdir())) == [folder.path / "telemetry.tlog"]
     fetcher.whole(folder)
     assert {raw for _, raw in dive.heard} <= set(raws(folder.path / WHOLE))
 
@@ -263,7 +263,7 @@ def test_heartbeats_of_the_ground_and_files_that_went_by_are_not_lacked(folder, 
         (frames[-1][0] + k, vehicle.frame(FILE_TRANSFER, bytes([0, 255, 190, k + 1]))) for k in range(5)
     ]
     write_records(folder.path / "telemetry.tlog", [*frames, *later])
-    assert lacked(list(folder.path.iterdir())) == []
+    assert with_unmerged_frames(list(folder.path.iterdir())) == []
     (folder.path / "telemetry.3.tlog").write_bytes(b"")
     (folder.path / "telemetry.4.tlog").write_bytes(b"no recording" * 100)
-    assert lacked(list(folder.path.iterdir())) == []
+    assert with_unmerged_frames(list(folder.path.iterdir())) == []

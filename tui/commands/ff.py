@@ -58,12 +58,12 @@ def switch_off(arguments: argparse.Namespace, link: Link, clock: Clock, opener: 
     def tell(sentence: str) -> None:
         show.say(words, sentence)
 
-    def line_on(link: Link) -> Line:
-        return Line(link, clock, switch, arguments.system, tell)
+    def line_on(link: Link) -> SwitchLink:
+        return SwitchLink(link, clock, switch, arguments.system, tell)
 
-    with Course(words, switch, clock, arguments.seconds) as course:
+    with Progress(words, switch, clock, arguments.seconds) as course:
         try:
-            drive_on(
+            drive_through_losses(
                 line_on(link), course.over, lambda: line_on(links.link_for(arguments.link, opener.open)), tell
             )
         except KeyboardInterrupt:
@@ -80,7 +80,7 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
         return exit_codes.INTERRUPTED
     system, was = allowed
     switch = Switch(mode, system, was=was)
-    line = Line(link, clock, switch, system, lambda sentence: show.say(words, sentence))
+    line = SwitchLink(link, clock, switch, system, lambda sentence: show.say(words, sentence))
 
     def over() -> bool:
         if switch.twins:
@@ -88,7 +88,7 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
         switch.overruled = switch.overruled or orders.given(system)
         return course.over() or bool(switch.refusal)
 
-    with Course(words, switch, clock, arguments.seconds or PATIENCE_S) as course:
+    with Progress(words, switch, clock, arguments.seconds or PATIENCE_S) as course:
         drive(line, over)
     return course.outcome(arguments.json)
 
@@ -119,7 +119,7 @@ def permitted(
     return (system, present[MODE]) if typed == word_of(mode) else None
 
 
-class Course:
+class Progress:
     """Progress of a switch, on a status line of the terminal or every few seconds in a pipe, and its outcome."""
 
     def __init__(self, console: Console, switch: Switch, clock: Clock, seconds: float | None) -> None:
@@ -177,14 +177,15 @@ class Course:
 
 
 def _not_heard(systems: tuple[int, ...]) -> str:
-    """Advice when only silent vehicles keep OFF from ending."""
+    """Advice where every vehicle that is heard is off, and others are silent."""
     subject = (
         f"vehicle {systems[0]} is" if len(systems) == 1 else f"vehicles {' and '.join(map(str, systems))} are"
     )
-    return f"{subject} not heard, and OFF is sent until an answer comes; where that is switched off, Ctrl-C ends this"
+    it, is_ = ("it", "is") if len(systems) == 1 else ("they", "are")
+    return f"{subject} not heard; OFF is sent until an answer comes. If {it} {is_} powered down, Ctrl-C ends this"
 
 
-class Line:
+class SwitchLink:
     """A link with a switch on it; `tell` gets the texts of vehicles."""
 
     def __init__(self, link: Link, clock: Clock, switch: Switch, system: int | None, tell: Tell) -> None:
@@ -217,16 +218,18 @@ class Line:
         self._link.close()
 
 
-def drive(line: Line, over: Callable[[], bool]) -> None:
+def drive(line: SwitchLink, over: Callable[[], bool]) -> None:
     """Step until `over`. Raises LinkError if the link is lost."""
     while not over():
         line.step()
 
 
-def drive_on(line: Line, over: Callable[[], bool], again: Callable[[], Line], tell: Tell) -> None:
-    """Step until `over`, through every loss of the link, then close it; `tell` gets the reason for each loss."""
+def drive_through_losses(
+    line: SwitchLink, over: Callable[[], bool], again: Callable[[], SwitchLink], tell: Tell
+) -> None:
+    """Step until `over`, through every loss of the link, then close it; `tell` gets each new reason for a loss."""
     pause, reported = threading.Event(), ""
-    now: Line | None = line
+    now: SwitchLink | None = line
     try:
         while not over():
             if now is None:
@@ -246,7 +249,7 @@ def drive_on(line: Line, over: Callable[[], bool], again: Callable[[], Line], te
             now.close()
 
 
-def _opened(again: Callable[[], Line]) -> Line | None:
+def _opened(again: Callable[[], SwitchLink]) -> SwitchLink | None:
     """Open another line; None if that is not possible yet."""
     try:
         return again()
