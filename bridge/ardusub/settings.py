@@ -14,17 +14,20 @@ from bridge.firmware.ardusub import (
     COUPLING,
     DVL,
     FAILSAFE,
+    FAILSAFE_AFTER,
     FRAME,
+    LONGEST_ALONE_S,
     MOTOR_FACTORS,
     PILOT,
     PILOT_FAILSAFE,
+    TIMED_FROM,
     TRIED_FROM,
     WARNS_ALONE,
     direction_name,
     function_name,
     version_of,
 )
-from bridge.firmware.questions import Questions
+from bridge.firmware.questions import AGAIN_S, Questions
 
 RENEW_S: Final = 2.0
 """One is read anew so often, in turn: a crew changes them, and an echo or an answer may be lost."""
@@ -35,7 +38,10 @@ _NO_VERSION: Final = (0, 0, 0)
 
 
 class Settings(Questions):
-    """The parameters that a companion depends on, and the firmware's version, 0.0.0 where it is not known."""
+    """The parameters that a companion depends on, and the firmware's version, 0.0.0 where it is not known.
+
+    fails_after_s: after how much silence the autopilot stops the vehicle; NaN where the firmware has no such setting.
+    """
 
     def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
         self._thrusters, self._has_dvl = thrusters, has_dvl
@@ -50,14 +56,20 @@ class Settings(Questions):
         self._renewed = [*self._wiring, FAILSAFE, PILOT_FAILSAFE, *others]
         self._renew_s, self._turn = math.inf, 0
         self.version, self._version_due_s = _NO_VERSION, -math.inf
+        self.fails_after_s, self._fails_after_due_s = math.nan, -math.inf
 
     def step(self, now_s: float) -> list[Any]:
         """The questions to send now: for each unknown setting, later for each again, except SYSID_MYGCS."""
-        return [*self._ask_version(now_s), *self._ask_setting(now_s)]
+        return [*self._ask_version(now_s), *self._ask_fails_after(now_s), *self._ask_setting(now_s)]
 
     def on_version(self, number: int) -> None:
         """An AUTOPILOT_VERSION of the autopilot's own component arrived, with this flight_sw_version."""
         self.version = version_of(number)
+
+    def on_value(self, name: str, value: float) -> None:
+        if name == FAILSAFE_AFTER:
+            self.fails_after_s = value
+        super().on_value(name, value)
 
     def _ask_version(self, now_s: float) -> list[Any]:
         if now_s < self._version_due_s:
@@ -72,6 +84,13 @@ class Settings(Questions):
             dialect.MAVLink_command_long_message(*self._target, command, 0, first, 0, 0, 0, 0, 0, 0)
             for command, first in ways
         ]
+
+    def _ask_fails_after(self, now_s: float) -> list[Any]:
+        """Older firmware has no such parameter: it is asked for by itself, so that nothing waits for an answer."""
+        if self.version < TIMED_FROM or now_s < self._fails_after_due_s:
+            return []
+        self._fails_after_due_s = now_s + (AGAIN_S if math.isnan(self.fails_after_s) else VERSION_ANEW_S)
+        return [dialect.MAVLink_param_request_read_message(*self._target, FAILSAFE_AFTER.encode(), -1)]
 
     def _ask_setting(self, now_s: float) -> list[Any]:
         if not self.complete:
@@ -103,6 +122,8 @@ class Settings(Questions):
             # NaN too: without a fail-safe a dead companion would leave the last sticks in force.
             if not self.values[name] > (WARNS_ALONE if name == FAILSAFE else 0):
                 return f"{name} must stop the vehicle: set it to 2"
+        if self.fails_after_s > LONGEST_ALONE_S:
+            return f"{FAILSAFE_AFTER} is {self.fails_after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
         if math.isnan(self.values[PILOT]):
             return f"no {PILOT}: from 4.7 on ArduSub has MAV_GCS_SYSID, use 4.5 or 4.6"
         return ""

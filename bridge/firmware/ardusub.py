@@ -40,6 +40,11 @@ PILOT: Final = "SYSID_MYGCS"
 """Whose sticks are taken. Up to 4.6; 4.7 has MAV_GCS_SYSID in its place (by its source)."""
 PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
 WARNS_ALONE: Final = 1
+FAILSAFE_AFTER: Final = "FS_GCS_TIMEOUT"
+"""Seconds of silence until FAILSAFE acts, from `TIMED_FROM` on, as delivered 5; before, always 2.5 (by its source)."""
+TIMED_FROM: Final = (4, 6)
+LONGEST_ALONE_S: Final = 5.0
+"""Longest time for which a vehicle may go on by the last stick of a companion that died."""
 DVL: Final = {"VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0}
 """Settings with which VISION_POSITION_DELTA is taken for velocity (measured, 4.5.7)."""
 
@@ -139,6 +144,11 @@ def _hints(values: Mapping[str, float]) -> tuple[str, ...]:
         for name, least in ((FAILSAFE, WARNS_ALONE), (PILOT_FAILSAFE, 0))
         if name in values and not values[name] > least
     ]
+    if (after_s := values.get(FAILSAFE_AFTER, 0.0)) > LONGEST_ALONE_S:
+        said.append(
+            f"{FAILSAFE_AFTER} is {after_s:g}: the last sticks of a companion that dies stay in force for so many "
+            f"seconds, and it takes none; set it to {LONGEST_ALONE_S:g} or less."
+        )
     return tuple(said)
 
 

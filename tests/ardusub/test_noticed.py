@@ -85,6 +85,17 @@ def test_what_is_wrong_is_said_with_the_way_out_and_the_sticks_are_not_taken(cha
     assert not fake.writes
 
 
+def test_a_fail_safe_that_waits_too_long_is_said_and_once_it_is_shorter_the_sticks_are_taken():
+    fake, aboard, pilot = afloat({"FS_GCS_TIMEOUT": 30.0})
+    fake.version = (4, 6, 0)
+    sentence = "no feed-forward: FS_GCS_TIMEOUT is 30 s: set it to 5 or less"
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
+    fake.run(2.0, aboard, pilot)
+    assert not taken(aboard)
+    pilot.write("FS_GCS_TIMEOUT", 5.0)
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), pilot.texts()
+
+
 @pytest.mark.parametrize(
     "version", [(4, 1, 2), (3, 5, 4)], ids=["4.1", "3.5, which sends no message by its number"]
 )

@@ -163,6 +163,9 @@ def test_settings_with_which_a_companion_takes_no_sticks_are_named():
     hints = ARDUSUB.hints({"SYSID_MYGCS": 1.0, "FS_GCS_ENABLE": 1.0, "FS_PILOT_INPUT": 0.0})
     assert [hint.split()[0] for hint in hints] == ["SYSID_MYGCS", "FS_GCS_ENABLE", "FS_PILOT_INPUT"]
     assert ARDUSUB.hints({"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0}) == ()
+    (hint,) = ARDUSUB.hints({"FS_GCS_TIMEOUT": 30.0})
+    assert hint.startswith("FS_GCS_TIMEOUT is 30: ")
+    assert ARDUSUB.hints({"FS_GCS_TIMEOUT": 5.0}) == ()
 
 
 def moved(signs, order, file=FILE, together=0.0):
