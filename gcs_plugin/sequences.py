@@ -1,9 +1,8 @@
 """The runs of a component's sequence numbers and of its boot clock: losses, reboots, and two senders in one. Pure.
 
 A boot clock that runs back by more than `BACK_S` is a new boot: frames may arrive late, never early, so that delay
-alone never moves it that far. Two vehicles under one address are recognised by turns that a single vehicle can't take,
-even if it reboots: of boot clocks, and of runs of sequence numbers on a link. A reboot changes the clock once, and the
-old clock is not heard again.
+alone never moves it that far. Two vehicles under one address show by a boot clock, or sequence numbers on a link, that
+jump back and forth: a reboot changes the clock once, and the old clock is not heard again.
 """
 
 import math
@@ -161,7 +160,7 @@ class BootClock:
         return None
 
     def _is_real(self, now: BootReading) -> bool:
-        """Whether a vehicle last heard in this run can have rebooted within its silence, and has not the same boot."""
+        """Whether a vehicle last heard in this run can have rebooted in its silence, and this is not the same boot."""
         silent_s = now.arrived_s - self.last.arrived_s
         same = any(abs(now.unix_s - run.unix_s) <= SAME_BOOT_S for run in (self.first, self.last))
         return now.boot_s <= silent_s + CLOCK_LATE_S and not same

@@ -1,10 +1,9 @@
 """The applet: a Lua script by which ArduSub itself adds the feed-forward to its mixer's output.
 
-`applet.lua` beside this module is the law; here is the vehicle's part, written above it as the table K, and the
-wiring under which it may run. Only where the mixer drives the lower outputs as a mirror, and the thrusters hang on
-those from `FIRST_OUTPUT` on, does a script that stops leave the mixer in charge: the override of an output ends by
-itself. An output that is a script's own (SERVOn_FUNCTION 94 to 109) keeps its last pulse for ever, disarmed too
-(measured, 4.5.7).
+`applet.lua` beside this module is the controller. This module writes the vehicle's numbers in front of it, as the
+table K, and checks the outputs. A script that stops leaves the mixer in charge only where the lower outputs repeat the
+mixer's and the thrusters hang on those from `FIRST_OUTPUT` on: the override of an output ends by itself. An output that
+is a script's own (SERVOn_FUNCTION 94 to 109) keeps its last pulse for ever, disarmed too (measured, 4.5.7).
 """
 
 import re

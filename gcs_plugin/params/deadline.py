@@ -60,8 +60,8 @@ SOON_SENDS: Final = 2
 class RoundTrips:
     """Round trips of requests and answers, by parameter name; `quiet_s` is the quiet period that follows from them.
 
-    If the round trips are uniformly distributed, up to at most QUIET_MAX_S, no answer is older than `quiet_s`. Until
-    an answer came soon, `quiet_s` is QUIET_MAX_S.
+    A quiet period of MARGIN times the longest round trip so far, longer the fewer requests were answered, from QUIET_S
+    to QUIET_MAX_S; QUIET_MAX_S until an answer came soon. This is an estimate, no bound.
     """
 
     def __init__(self) -> None:

@@ -148,10 +148,10 @@ def _utc(time: str) -> str:
 
 
 def newest_before(receipts: Path, system: int) -> Path:
-    """Pre-image for a roll back in one step: the values before the newest upload that wrote and was not rolled back.
+    """The pre-image for a roll back in one step: the values before the newest upload that wrote and was not rolled
+    back, and before uploads with an unknown end (begun or unverified) that directly precede it.
 
-    If uploads with an unknown end (begun or unverified) precede it, with no applied upload in between, it is the
-    pre-image of the first of these. Raises ParamRejected if there is no such upload to that MAVLink system.
+    Raises ParamRejected if there is no such upload to that MAVLink system.
     """
     oldest: PastUpload | None = None
     for kept in reversed(_standing(receipts, system)):

@@ -114,7 +114,7 @@ def foretellings(given: str | None, receipts: Path, file: VehicleFile) -> Forete
 def _foretold_in_force(
     receipts: Path, file: VehicleFile, dive: Dive, mode: Mode, configuration: str
 ) -> Foretelling | None:
-    # In shadow the question is with which model the feed-forward would act, and that may have come while it dived.
+    # A dive in shadow is judged by the model loaded at its end: that is the one the feed-forward would act by.
     at_utc = began_for_receipts(dive) if mode.applies_feedforward else ended_for_receipts(dive)
     model = in_force(receipts, file.vehicle.name, configuration, at_utc)
     return None if model is None else foretelling_of(model.sidecar)
@@ -204,7 +204,7 @@ def _why_nothing(dive: Dive) -> str:
 
 
 def _lags(errors: dict[str, TrackingErrors]) -> Table:
-    columns = ("axis", "dive", "delay, ms", "acceleration less delay", "mean |PID| when steady")
+    columns = ("axis", "dive", "delay, ms", "error in acceleration, delay removed", "mean |PID| when steady")
     rows = [
         (
             axis.axis,

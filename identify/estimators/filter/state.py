@@ -14,6 +14,12 @@ out of the autopilot's filter of time constant T_s, x_dot = nu + T_s nu_dot. The
 
 Events are measurements in time order: of nu, of x (an angle, or depth), or of the change of x since the last such
 event (an INCREMENT, from a gyro that integrates between its messages). A NaN reading is no measurement.
+
+A row `t` of `transitions.transitions` holds one step, with A its transition and Q its noise, states counted from 0:
+
+    t[0:7]    A00 A01 A02 A10 A11 A12 A22       t[7:11]   response of nu and x to a unit force over the step's first
+    t[11:17]  Q00 Q01 Q02 Q11 Q12 Q22                     half, then to one over its second half
+    t[17:19]  A33 Q33                           t[19:26]  A03 A13 A23 A32 Q03 Q13 Q23
 """
 
 import numpy as np
@@ -31,13 +37,13 @@ Gain = tuple[float, float, float, float]
 
 VELOCITY, POSITION, INCREMENT = 0, 1, 2
 NO_STEP = -1
-"""Instead of a row of the table, for an event without a step before it. NO_STEP - r begins run r > 0: the filter then
-forgets all, and its state is that of the run's first instant."""
+"""In place of a row's number: -1 for an event without a step before it; -1 - r begins run r > 0, and sets the state to
+that of the run's first instant."""
 
 
 @njit(cache=True, inline="always")
 def begun(initial: Array, sigma_d: float, sigma_s: float) -> tuple[Mean, Covariance]:
-    """Mean and covariance at the first instant of a run; initial (4,)."""
+    """Mean and covariance at the first instant of a run; initial (4,): the means of nu and x, then their variances."""
     return (initial[0], initial[1], 0.0, 0.0), (
         initial[2], 0.0, 0.0, initial[3], 0.0, sigma_d * sigma_d, 0.0, 0.0, 0.0, sigma_s * sigma_s,
     )  # fmt: skip
@@ -93,7 +99,7 @@ def read_of(x: Mean, velocity: bool, coloured: bool) -> float:
 
 @njit(cache=True, inline="always")
 def _shown(p: Covariance, velocity: bool, coloured: bool) -> tuple[float, float, float, float, float]:
-    """Covariances of a reading with nu, x, d and the fourth state, and its variance but for noise."""
+    """Covariances P H^T of a reading with nu, x, d and the fourth state, and its variance H P H^T, without noise."""
     if not velocity:
         return p[1], p[3], p[4], p[7], p[3]
     if not coloured:

@@ -2,8 +2,8 @@
 
 A vehicle is a MAVLink system that sends telemetry. Its components may each count time from their own start. The
 component with the most messages sets the clock; the others are shifted by their times of arrival, and so are messages
-without a time. Arrival time minus boot time is smallest when the link is quickest, so the minimum over every ten
-seconds is taken as the difference of the clocks.
+without a time. The difference of two clocks is the least arrival time minus boot time in every ten seconds: that of
+the frame that came quickest.
 """
 
 from collections.abc import Sequence

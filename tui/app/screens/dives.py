@@ -109,7 +109,7 @@ class DivesScreen(StationScreen):
             self._stale = False
             self.action_again()
         self._take_list()
-        # After it is taken: it would else never be, where a recording has always grown since.
+        # Take the list first: a dive that is recorded grows during every read, and it would be read for ever.
         grown = any(d.folder.resolve() in self._written and has_grown(d) for d in self._dives)
         if grown and not self.desk.jobs.runs(LIST):
             self.action_again()
@@ -117,7 +117,7 @@ class DivesScreen(StationScreen):
         super().show(view)
 
     def check_action(self, action: str, parameters: tuple[object, ...]) -> bool | None:
-        """What is done with a dive has no key once it is known that there is none."""
+        """The keys for a dive need one, or a list that is still to be read."""
         if action in ("begin", "choose", "replay", "note", "conditions"):
             return bool(self._dives) or self._list is None or self.desk.jobs.runs(LIST)
         return super().check_action(action, parameters)
