@@ -350,6 +350,14 @@ def test_the_written_map_reads_back_as_the_proposal():
     assert "# The gyro contradicts how the attitude turns" in text
 
 
+def test_where_no_column_is_named_a_time_one_that_rises_and_ends_in_a_unit_of_time_is_taken_and_told():
+    clocks = {"MonoNS": READ["t"] * 1e9 + 4e12, "MonoS": READ["t"] + 4000.0}
+    proposal = proposed(clocks | {name: values for name, values in usual(READ).items() if name != "t"})
+    assert proposal.columns.time == TimeColumn("MonoS", "s")
+    assert proposal.time_reason == "No column is named a time; 'MonoS' rises throughout, and ends in s."
+    assert {"velocity", "gyro", "depth"} <= units(proposal).keys()
+
+
 def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence():
     with pytest.raises(
         LogError, match="its times in 'time' do not rise, as where several runs stand in one table"

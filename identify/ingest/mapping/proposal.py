@@ -28,7 +28,7 @@ from identify.ingest.mapping.column_map import (
     Columns,
     TimeColumn,
 )
-from identify.ingest.mapping.names import snake, time_unit
+from identify.ingest.mapping.names import ends_in_time_unit, snake, time_unit
 from identify.ingest.mapping.profiles import Profile, profiles
 from identify.ingest.mapping.ranges import time_unit_of
 from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
@@ -39,6 +39,7 @@ LEAST_RISING = 0.95
 MOST_OFF = 3.0
 """Ratio of two rates of turn up to which they may be in one unit; degrees and radians are 57 apart."""
 TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
+COARSEST_FIRST = ("s", "ms", "us", "ns")
 OLD_S = 0.2
 """Headers of a topic that are older than those of another by this much raise a question."""
 
@@ -313,8 +314,20 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
                 "run a file of its own, or a column with its number",
                 path,
             )
+        rising = [
+            (field, unit)
+            for stream in streams
+            for field in stream.columns
+            if (unit := ends_in_time_unit(field)) and _rises(stream.columns[field])
+        ]
+        if rising:
+            field, unit = min(rising, key=lambda each: COARSEST_FIRST.index(each[1]))
+            reason = f"No column is named a time; '{field}' rises throughout, and ends in {unit}."
+            return TimeColumn(field, unit), reason
         raise LogError(
-            f"no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds", path
+            f"no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds, or write the column "
+            "map by hand, as docs/howto/bring_your_own_log.md shows",
+            path,
         )
 
     def worth(field: str) -> tuple[int, int]:
