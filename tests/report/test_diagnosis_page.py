@@ -216,10 +216,12 @@ def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
 def test_what_no_candidate_explains_is_described():
     unknown = diagnosis(verdict="unknown", character=UNKNOWN)
     assert wording.verdict_sentence(unknown) == (
-        "Something is there that no candidate explains: most of it lies in surge, steady, mostly above 0.30 m/s; it "
-        "is fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag "
-        "explains part of the gap."
+        "Something is there that no candidate explains: all of it lies in yaw, at rest; it is fixed to the world, "
+        "even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains part of the gap."
     )
+    elsewhere = replace(unknown, character=replace(UNKNOWN, dof=("sway",)))
+    without = replace(elsewhere, gap=replace(gap(), where=(Share("surge", "steady", 1.0),)))
+    assert "explains: all of it lies in surge, steady" in wording.verdict_sentence(without)
     left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
     assert "explains: all of it lies in yaw, turning; " in wording.verdict_sentence(
         replace(unknown, gap=left)
