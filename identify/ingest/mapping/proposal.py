@@ -34,6 +34,7 @@ from identify.ingest.mapping.ranges import time_unit_of
 from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
 from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
+from identify.words import listed
 
 LEAST_RISING = 0.95
 MOST_OFF = 3.0
@@ -335,6 +336,12 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         return counts[field], -TIME_FIRST.index(plain) if plain in TIME_FIRST else -len(TIME_FIRST)
 
     column = max(counts, key=worth)
+    back = [s.name for s in streams if STAMP in s.columns and not _rises(s.columns[STAMP])]
+    if column == RECEIVED and back:
+        return TimeColumn(RECEIVED, "s"), (
+            f"The header times of {listed(back)} fall back from message to message, so the log's are taken, which are "
+            f"later by what the way takes; if messages only overtook each other, '{STAMP}' is right."
+        )
     unit = time_unit(column)[1]
     values = [stream.columns[column] for stream in streams if column in stream.columns]
     if not values:
