@@ -17,6 +17,7 @@ from identify.ingest.files.text_table import read_table
 from identify.ingest.mapping.candidates import Confidence
 from identify.ingest.mapping.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.mapping.map_text import map_text, uncertain
+from identify.ingest.mapping.proposal import NothingKnown
 from identify.ingest.mapping.proposal_of_runs import propose
 from identify.ingest.mapping.signals import dive_fields
 
@@ -387,6 +388,14 @@ def test_where_no_column_is_named_a_time_one_that_rises_and_ends_in_a_unit_of_ti
     assert {"velocity", "gyro", "depth"} <= units(proposal).keys()
 
 
+def test_dates_under_a_name_of_another_language_are_the_time_and_told():
+    times = tuple(f"2026-07-03 09:15:{t:06.3f}" for t in np.arange(0.0, 50.0, 0.1))
+    columns = {name: values[: len(times)] for name, values in usual(READ).items() if name != "t"}
+    proposal = propose((Stream("", columns, {"Ort": ("Kiel",) * len(times), "Zeit": times}),), LOG)
+    assert proposal.columns.time == TimeColumn("Zeit", "iso")
+    assert proposal.time_reason == "No column is named a time; 'Zeit' holds dates."
+
+
 def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence():
     with pytest.raises(
         LogError, match="its times in 'time' do not rise, as where several runs stand in one table"
@@ -396,8 +405,9 @@ def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence(
         proposed({"u": READ["velocity"][:, 0]})
     with pytest.raises(LogError, match="holds no rows of numbers"):
         propose((), LOG)
-    with pytest.raises(LogError, match="no column is known by its name"):
+    with pytest.raises(NothingKnown, match="no column but the time is known by its name") as refused:
         proposed({"t": READ["t"], "colour": READ["t"]})
+    assert [profile.name for profile in refused.value.seen.profiles] == ["t", "colour"]
 
 
 def test_a_file_in_which_no_time_passes_says_so_and_does_not_speak_of_runs():

@@ -1,7 +1,8 @@
 """Removes copies of a message that come right behind it.
 
-Where several programs publish the same reading, or a relay sends it on several ways, a log holds each several times over
-within a few milliseconds. By its median interval such a signal comes hundreds of times faster than anything was read.
+Where several programs publish the same reading, or a relay sends it on several ways, a log holds each several times
+over within a few milliseconds. By its median interval such a signal comes hundreds of times faster than anything was
+read.
 """
 
 from dataclasses import replace
