@@ -20,6 +20,7 @@ from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
 from identify.checks.readings.copies import without_copies
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import without_impossible, without_repeated
+from identify.checks.readings.missing_signals import missing_signals
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered
@@ -431,6 +432,17 @@ def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_sho
         profile.name: profile.rate_hz for profile in profiles(read_table(table).streams, column_map(columns))
     }
     assert shown["z"] == pytest.approx(6.0, rel=0.02)
+
+
+def test_commands_that_flip_from_sample_to_sample_are_told_with_their_outputs():
+    """A sliding mode controller that is logged once a step; the second output follows a pilot."""
+    time_s = np.arange(0.0, 60.0, 0.05)
+    flips, calm = np.where(np.arange(len(time_s)) % 2, 40.0, -40.0), 20.0 * np.sin(0.5 * time_s)
+    dive = Dive("d", Path("d.csv"), "0" * 64, thrust_cmd=Signal(time_s, np.column_stack([flips, calm])))
+    (told,) = (note for note in missing_signals(dive) if "jump from each sample to the next" in note)
+    assert "(output 1)" in told
+    steady = replace(dive, thrust_cmd=Signal(time_s, np.column_stack([0 * calm, calm])))
+    assert not any("jump from" in note for note in missing_signals(steady))
 
 
 SHAPE = FILE.vehicle.configurations["only"]
