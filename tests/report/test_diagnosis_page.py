@@ -489,3 +489,12 @@ def test_an_interval_that_has_one_end_alone_is_left_out():
     assert "95 %" in cause_words.value_words("gain", Value(0.8, "1", 0.7, 0.9))
     assert "95 %" not in cause_words.value_words("gain", Value(0.8, "1", -math.inf, 0.9))
     assert "95 %" not in cause_words.value_words("gain", Value(0.8, "1", 0.7, math.inf))
+
+
+def test_a_plain_baseline_that_runs_away_is_not_told_to_two_decimals():
+    wild = replace(SURGE, nrmse_baseline=180.69)
+    borne = Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(wild, replace(YAW, nrmse_baseline=0.51)))
+    page = read(diagnosis(check=borne, heldout=None))
+    assert "over 10" in page
+    assert "180.69" not in page
+    assert "0.51" in page
