@@ -15,7 +15,7 @@ from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.candidates import Choice, Confidence
 from identify.ingest.mapping.map_text import FILTERED, map_text, uncertain
 from identify.ingest.mapping.profiles import Profile
-from identify.ingest.mapping.proposal import Proposal
+from identify.ingest.mapping.proposal import NothingKnown, Proposal
 from identify.ingest.mapping.proposal_of_runs import propose, propose_runs
 from identify.ingest.open import read_streams
 from identify.ingest.ros.bags import RECEIVED
@@ -43,8 +43,12 @@ def propose_map(arguments: argparse.Namespace) -> int:
     target = arguments.map or f"{path.name.split('.')[0]}-columns.yaml"
     if not arguments.map:
         check_new_file("--map", target)
-    proposal, notes = _proposed(path)
     console = show.results(arguments.json)
+    try:
+        proposal, notes = _proposed(path)
+    except NothingKnown as unknown:
+        show.put(console, _fitting(_table(path, unknown.seen), console.width))
+        raise
     show.put(console, _fitting(_table(path, proposal), console.width))
     show.say(console, *_questions(proposal), *(f"note: {note}" for note in notes))
     mapped = f"{shlex.quote(str(path))} --columns {shlex.quote(target)}"

@@ -21,7 +21,7 @@ from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
 from gcs_plugin.params.sidecar import sidecar_path
 from tui import show
 from tui.cli import complain
-from tui.options import FolderTarget, NewFile, NewFolder, ParameterTarget, Target
+from tui.options import PARAMETER_SUFFIXES, FolderTarget, NewFile, NewFolder, ParameterTarget, Target
 from tui.show import STANDARD_OUTPUT
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
         for word in (words,) if isinstance(words, str) else words:
             # A vehicle file may be named with its configuration, as our.yaml:heavy.
             for path in map(Path, [word, word.partition(":")[0], *glob.glob(word, recursive=True)]):
-                yield from (place for place in (path, sidecar_path(path)) if path.name and place.is_file())
+                yield from (place for place in (path, *_sidecars(path)) if path.name and place.is_file())
                 yield from _of_dives(path)
     columns = getattr(arguments, "columns", None)
     if columns is not None:
@@ -124,6 +124,12 @@ def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
         yield file.path
         yield from _first(file.path.with_suffix(".truth.yaml"))
         yield from _first(file.path.parent / table, CONFIGS / "thrusters" / table)
+
+
+def _sidecars(path: Path) -> Iterator[Path]:
+    """The sidecar of a parameter file; other files have none, whatever stands beside them."""
+    if path.is_file() and path.suffix in PARAMETER_SUFFIXES:
+        yield sidecar_path(path)
 
 
 def _first(*places: Path) -> list[Path]:

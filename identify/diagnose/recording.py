@@ -211,7 +211,7 @@ def recording_notes(dive: Dive, nominal: Nominal) -> tuple[str, ...]:
     ]
     loud_axes = loud(nominal.joint, nominal.theta, nominal.built.pushed)
     loudest = (*(axis.doubt.sentence for axis in loud_axes if axis.inflated), *loud_note(loud_axes))
-    notes = (*unrecorded, *idle_note(nominal.course), *_wild(nominal), *loudest)
+    notes = (*unrecorded, *idle_note(nominal.course), *outliers_note(nominal), *loudest)
     return tuple(dict.fromkeys((*notes, *nominal.built.notes, *dive.notes)))
 
 
@@ -225,6 +225,10 @@ def idle_note(course: Course) -> tuple[str, ...]:
         f"The thrusters pushed for {pushing_s:.0f} s of {long_s:.0f} s alone; the rest tells nothing of what thrust "
         "does: drive the vehicle for most of a dive.",
     )
+
+
+MOST_SPIKES = 0.01
+"""Share of the readings up to which those that the fit dropped may be a sensor's spikes."""
 
 
 def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
@@ -255,19 +259,23 @@ def unjudged_notes(nominal: Nominal) -> tuple[str, ...]:
     )
 
 
-def _wild(nominal: Nominal) -> tuple[str, ...]:
-    """A note of outliers dropped, by degree of freedom."""
+def outliers_note(nominal: Nominal) -> tuple[str, ...]:
+    """A note of readings that the fit dropped as outliers, by degree of freedom."""
+    shares = {}
     counts = []
     for problem in nominal.joint.problems:
         read = np.isfinite(problem.axis.reading)
         wild = int(np.count_nonzero(read & ~np.isfinite(problem.reading)))
         if wild:
-            share = 100.0 * wild / np.count_nonzero(read)
-            counts.append(f"{wild} in {DOFS[problem.axis.dof]} ({share:.2g} %)")
+            dof = DOFS[problem.axis.dof]
+            shares[dof] = wild / int(np.count_nonzero(read))
+            counts.append(f"{wild} in {dof} ({100.0 * shares[dof]:.2g} %)")
     if not counts:
         return ()
+    many = [dof for dof, share in shares.items() if share > MOST_SPIKES]
+    lacks = f"; so many in {listed(many)} are motion that the model lacks, rather than spikes" if many else ""
     return (
-        f"Readings that are far off from those before and after, spikes, were left out: {', '.join(counts)}.",
+        f"Readings far off what the fit expects there, as spikes are, were left out: {', '.join(counts)}{lacks}.",
     )
 
 

@@ -127,9 +127,14 @@ def no_solution(dive: Dive) -> FitError:
     if wild:
         speed = max(wild.values())
         look = f"readings there reach {speed:.0e} m/s or rad/s, which no vehicle does: leave them out of the recording"
-    return FitError(
-        f"the equations of {axes_named(sorted(wild or fastest))} have no solution; {look}", of=dive.name
-    )
+    axes = sorted(wild or fastest) or _told_by_place(dive)
+    return FitError(f"the equations of {axes_named(axes)} have no solution; {look}", of=dive.name)
+
+
+def _told_by_place(dive: Dive) -> list[int]:
+    """The degrees of freedom of a dive without velocity and rates of turn: those that depth and attitude tell of."""
+    by_depth = dive.depth is not None or dive.pressure is not None
+    return [*([HEAVE] if by_depth else []), *([ROLL, PITCH, YAW] if dive.attitude is not None else [])]
 
 
 def _fastest(dive: Dive) -> dict[int, float]:

@@ -17,6 +17,7 @@ from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire import tlog
 from bridge.wire.tlog import SUFFIXES
 from bridge.wire.whole_recording import files_to_read, unmerged_words, with_unmerged_frames
+from identify.checks.readings.copies import without_copies
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
 from identify.checks.readings.missing_signals import missing_signals
@@ -106,7 +107,8 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
             f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive",
             path,
         )
-    piloted = recorded if vehicle is None else with_pulses(recorded, vehicle)
+    once = without_copies(recorded)
+    piloted = once if vehicle is None else with_pulses(once, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
     possible = with_reckoned_pulses(possible, vehicle)
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us

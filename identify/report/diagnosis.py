@@ -275,6 +275,14 @@ def _rate(value: float, dof: str) -> Cell:
     return cells.speed(value, "rad/s" if dof in drift_words.TURNING else "m/s")
 
 
+MOST_NRMSE = 10
+"""A simulation that is off by more runs away, and how far says nothing."""
+
+
+def _baseline(nrmse: float) -> Cell:
+    return f"over {MOST_NRMSE}" if nrmse > MOST_NRMSE else cells.fixed(nrmse, 2)
+
+
 def _axis_rows(shrink: Shrink) -> tuple[tuple[Cell, ...], ...]:
     return tuple(
         (
@@ -282,7 +290,7 @@ def _axis_rows(shrink: Shrink) -> tuple[tuple[Cell, ...], ...]:
             *(_rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
             cells.percent(axis.value),
             cells.joined(Form.CHANGE, cells.fixed(axis.nrmse_before, 2), cells.fixed(axis.nrmse_after, 2)),
-            cells.fixed(axis.nrmse_baseline, 2),
+            _baseline(axis.nrmse_baseline),
         )
         for axis in shrink.by_axis
     )

@@ -249,7 +249,7 @@ def _asked_by_pwm(
     thrusters = len(configuration.thrusters)
     commands = dive.thruster_commands
     if commands is None or len(commands) == 0:
-        return None, ("No thruster commands are recorded.",)
+        return None, ("Commands of single thrusters are not recorded.",)
     if thrusters == 0:
         return None, (f"The vehicle file names no thrusters for '{configuration_name}'.",)
     outputs = commands.value.shape[1]

@@ -274,6 +274,14 @@ def test_a_result_beside_the_recording_may_be_written_again(capsys):
 
 
 @pytest.mark.usefixtures("place")
+@pytest.mark.parametrize("dive", ["dives/one", "d.tlog.gz"])
+def test_a_result_named_after_its_recording_may_be_written_again(capsys, dive):
+    Path(f"{dive}.json").write_text("{}", encoding="utf-8")
+    assert cli.main(("identify", dive, *VEHICLE_FILE, "--json", f"{dive}.json")) == exit_codes.BAD_INPUT
+    assert "which this command reads" not in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("place")
 def test_the_sidecar_and_the_json_may_not_be_one_file(capsys):
     line = ("identify", "d.tlog.gz", *VEHICLE_FILE, "--param", "new.param", "--json", "new.param.json")
     assert cli.main(line) == exit_codes.BAD_INPUT

@@ -38,6 +38,17 @@ def test_it_shows_every_column_writes_the_map_and_says_what_to_do_next(log, caps
     assert written["gyro"] == {"columns": [None, None, "r"], "unit": "rad/s", "scale": [1, 1, -1]}
 
 
+def test_a_file_of_which_no_name_is_known_is_shown_before_it_is_refused(tmp_path, capsys):
+    path = tmp_path / "fahrt.csv"
+    rows = "\n".join(f"{0.1 * k:.1f},{k % 7},{k % 3}" for k in range(200))
+    path.write_text(f"time,Fahrt,Kurs\n{rows}\n", encoding="utf-8")
+    assert cli.main(["import", str(path), "--map", str(tmp_path / "map.yaml")]) == exit_codes.BAD_INPUT
+    shown = capsys.readouterr()
+    assert "Fahrt not used - 0 3" in " ".join(shown.out.split())
+    assert "no column but the time is known by its name" in " ".join(shown.err.split())
+    assert not (tmp_path / "map.yaml").exists()
+
+
 def test_without_a_name_the_map_is_named_after_the_log(log):
     assert cli.main(["import", str(log), "--map"]) == exit_codes.DONE
     assert (log.parent / "tank-columns.yaml").exists()

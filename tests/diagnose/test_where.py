@@ -1,6 +1,7 @@
 """Where a gap lies, and where it lies if the log lacks what the controller used."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -30,7 +31,7 @@ from identify.diagnose.gap.missing import (
     with_unexplained,
 )
 from identify.diagnose.gap.simulation import EACH, missing_wrench_of, simulation_of, slope_of
-from identify.diagnose.recording import unjudged_notes
+from identify.diagnose.recording import outliers_note, unjudged_notes
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.likelihood.axis import DAMPING, TIME_CONSTANT
@@ -293,3 +294,23 @@ def test_a_fit_flown_as_a_hull_is_disturbed_for_as_long_as_surge_sway_and_yaw_ar
     assert len(times_s) == 3
     assert np.ptp(times_s) > 0.01
     assert hull_of(nominal).disturbance_time_s == pytest.approx(np.prod(times_s) ** (1 / 3))
+
+
+def test_readings_that_the_fit_dropped_are_called_spikes_only_where_they_are_few():
+    """Of 1000 readings 5 are dropped in yaw, and 27 in pitch."""
+
+    def dropped(dof, count):
+        read = np.zeros(1000)
+        kept = np.where(np.arange(1000) < count, np.nan, read)
+        return SimpleNamespace(axis=SimpleNamespace(dof=dof, reading=read), reading=kept)
+
+    def noted(*problems):
+        return outliers_note(SimpleNamespace(joint=SimpleNamespace(problems=problems)))
+
+    (few,) = noted(dropped(5, 5))
+    assert (
+        few == "Readings far off what the fit expects there, as spikes are, were left out: 5 in yaw (0.5 %)."
+    )
+    (many,) = noted(dropped(4, 27), dropped(5, 5))
+    assert many.endswith("; so many in pitch are motion that the model lacks, rather than spikes.")
+    assert noted(dropped(4, 0)) == ()

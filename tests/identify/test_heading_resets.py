@@ -54,6 +54,21 @@ def test_headings_before_a_reset_are_turned_by_it_and_roll_and_pitch_stay():
     assert "+2.9 deg at 20 s" in note
 
 
+def test_a_turn_that_begins_hard_between_two_slow_samples_is_no_reset():
+    """Half a turn a second, begun within a tenth of a second in the middle between readings at 10 Hz."""
+    fine_s = np.arange(0.0, 30.0, 0.001)
+    rate = np.interp(fine_s, [0.0, 20.02, 20.09, 23.0, 23.1, 30.0], [0.0, 0.0, 2.8, 2.8, 0.0, 0.0])
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 0.001)])
+    read = np.arange(0, len(fine_s), 100)
+    level, none = np.zeros(len(read)), np.zeros(len(read))
+    attitude = Signal(fine_s[read], quaternions_from_euler(level, level, turned[read]))
+    hard = Dive(
+        "hard", Path("hard.tlog"), "1" * 64, attitude=attitude,
+        gyro=Signal(fine_s[read], np.column_stack((none, none, rate[read]))),
+    )  # fmt: skip
+    assert without_heading_resets(hard) is hard
+
+
 @pytest.mark.parametrize("lacking", ["gyro", "attitude"])
 def test_without_a_gyro_or_an_attitude_nothing_is_said_of_resets(lacking):
     bare = replace(dive([(10.0, 0.05)]), **{lacking: None})

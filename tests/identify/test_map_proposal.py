@@ -17,6 +17,7 @@ from identify.ingest.files.text_table import read_table
 from identify.ingest.mapping.candidates import Confidence
 from identify.ingest.mapping.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.mapping.map_text import map_text, uncertain
+from identify.ingest.mapping.proposal import NothingKnown
 from identify.ingest.mapping.proposal_of_runs import propose
 from identify.ingest.mapping.signals import dive_fields
 
@@ -350,6 +351,51 @@ def test_the_written_map_reads_back_as_the_proposal():
     assert "# The gyro contradicts how the attitude turns" in text
 
 
+def test_an_attitude_that_a_log_calls_angular_is_doubted_as_a_rate_of_turn():
+    columns = usual(READ)
+    heading = 2.2 + 0.3 * np.sin(0.1 * READ["t"])
+    columns = {name: columns[name] for name in ("t", "u", "v", "w")}
+    columns |= {f"twist_angular_{axis}": 0.01 * np.sin(READ["t"]) for axis in "xy"} | {
+        "twist_angular_z": heading
+    }
+    (gyro,) = (choice for choice in proposed(columns).choices if choice.signal == "gyro")
+    assert gyro.confidence is Confidence.GUESSED
+    assert "About z they stay near 2.4, as an angle does" in " ".join(gyro.reasons)
+    columns["twist_angular_z"] = heading - 2.2
+    (gyro,) = (choice for choice in proposed(columns).choices if choice.signal == "gyro")
+    assert "as an angle does" not in " ".join(gyro.reasons)
+
+
+def test_header_times_that_fall_back_leave_the_log_s_times_and_a_word_on_it():
+    stamp_s = np.arange(0.0, 30.0, 0.1)
+    overtaken_s = stamp_s.reshape(-1, 4)[:, [1, 0, 3, 2]].ravel()
+    motion = {f"twist.linear.{axis}": np.sin(stamp_s) for axis in "xyz"}
+    imu = {f"angular_velocity.{axis}": np.cos(stamp_s) for axis in "xyz"}
+    streams = (
+        Stream("/dvl", {"stamp": overtaken_s, "received": stamp_s + 0.1, **motion}, {}),
+        Stream("/imu", {"stamp": stamp_s, "received": stamp_s + 0.1, **imu}, {}),
+    )
+    proposal = propose(streams, LOG)
+    assert proposal.columns.time == TimeColumn("received", "s")
+    assert proposal.time_reason.startswith("The header times of /dvl fall back from message to message")
+
+
+def test_where_no_column_is_named_a_time_one_that_rises_and_ends_in_a_unit_of_time_is_taken_and_told():
+    clocks = {"MonoNS": READ["t"] * 1e9 + 4e12, "MonoS": READ["t"] + 4000.0}
+    proposal = proposed(clocks | {name: values for name, values in usual(READ).items() if name != "t"})
+    assert proposal.columns.time == TimeColumn("MonoS", "s")
+    assert proposal.time_reason == "No column is named a time; 'MonoS' rises throughout, and ends in s."
+    assert {"velocity", "gyro", "depth"} <= units(proposal).keys()
+
+
+def test_dates_under_a_name_of_another_language_are_the_time_and_told():
+    times = tuple(f"2026-07-03 09:15:{t:06.3f}" for t in np.arange(0.0, 50.0, 0.1))
+    columns = {name: values[: len(times)] for name, values in usual(READ).items() if name != "t"}
+    proposal = propose((Stream("", columns, {"Ort": ("Kiel",) * len(times), "Zeit": times}),), LOG)
+    assert proposal.columns.time == TimeColumn("Zeit", "iso")
+    assert proposal.time_reason == "No column is named a time; 'Zeit' holds dates."
+
+
 def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence():
     with pytest.raises(
         LogError, match="its times in 'time' do not rise, as where several runs stand in one table"
@@ -359,8 +405,9 @@ def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence(
         proposed({"u": READ["velocity"][:, 0]})
     with pytest.raises(LogError, match="holds no rows of numbers"):
         propose((), LOG)
-    with pytest.raises(LogError, match="no column is known by its name"):
+    with pytest.raises(NothingKnown, match="no column but the time is known by its name") as refused:
         proposed({"t": READ["t"], "colour": READ["t"]})
+    assert [profile.name for profile in refused.value.seen.profiles] == ["t", "colour"]
 
 
 def test_a_file_in_which_no_time_passes_says_so_and_does_not_speak_of_runs():

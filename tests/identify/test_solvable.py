@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from itertools import product
+from pathlib import Path
 
 import closed_loop
 import network_tasks
@@ -11,7 +12,8 @@ from soak import rows_rest_in_soak
 
 from bench.missions.mission import draw_one
 from bridge.errors import FitError
-from identify.dive import Signal
+from identify.dive import Dive, Signal
+from identify.estimators.refusals import no_solution
 from identify.estimators.table import METHODS, estimator, judged
 
 BY_ITSELF = list(METHODS)
@@ -132,3 +134,10 @@ def test_forces_that_are_no_numbers_leave_their_axes_out_with_the_reason():
     dive = changed(closed_loop.dive(np.random.default_rng(3), seconds=30.0), at_the_middle(np.nan), "tau_cmd")
     answer = estimator("likelihood")(dive, closed_loop.vehicle_file(), "only", network_tasks.quiet)
     assert answer["M_u"].reason.startswith("the forces in surge are not finite: a thruster command")
+
+
+def test_a_dive_that_depth_and_attitude_alone_tell_of_is_refused_with_their_axes():
+    time_s = np.arange(0.0, 30.0, 0.1)
+    depth, level = Signal(time_s, time_s[:, None]), Signal(time_s, np.tile([1.0, 0.0, 0.0, 0.0], (300, 1)))
+    dive = Dive("d", Path("d.bag"), "0" * 64, depth=depth, attitude=level)
+    assert "the equations of heave, roll, pitch and yaw have no solution" in str(no_solution(dive))

@@ -171,6 +171,14 @@ def test_zero_bytes_after_a_loss_of_power_cost_the_row_in_which_they_stand(tmp_p
     assert notes == ("Row 1502 holds '??', which is no number: it was left out.",)
 
 
+def test_a_zero_byte_that_a_serial_line_garbled_near_the_beginning_refuses_no_table(tmp_path):
+    lines = ["1,AB,0.1", '2,"C\0",0.2', *(f"{k},BI,{k / 10}" for k in range(3, 200))]
+    stream, notes = text_table(of(tmp_path, "t,kind,z\n" + "\n".join(lines) + "\n"))
+    assert stream.columns["z"] == pytest.approx(np.arange(1, 200) / 10)
+    assert stream.text["kind"][:3] == ("AB", "C\0", "BI")
+    assert notes == ()
+
+
 def test_bytes_are_no_table(tmp_path):
     with pytest.raises(LogError, match="is no table of text"):
         text_table(of(tmp_path, bytes(range(256))))

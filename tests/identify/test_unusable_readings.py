@@ -17,8 +17,10 @@ from bridge.vehicle.thrusters import thrust_curve
 from identify.challenge.seal import tlog_of
 from identify.checks.actuation.controller import frozen_doubts
 from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
+from identify.checks.readings.copies import without_copies
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import without_impossible, without_repeated
+from identify.checks.readings.missing_signals import missing_signals
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.answer import answered
@@ -26,6 +28,9 @@ from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.fit import fit_axes
 from identify.ingest.commands import held_commands, with_known_commands
+from identify.ingest.files.text_table import read_table
+from identify.ingest.mapping.column_map import column_map
+from identify.ingest.mapping.profiles import profiles
 from identify.ingest.open import read_dive
 from identify.thrust.wrench import wrench
 
@@ -383,6 +388,61 @@ def test_a_recording_of_a_dvl_that_repeats_is_read_once_each(tmp_path):
     recorded = read_dive(table, columns)
     assert len(recorded.velocity) == 60
     assert any("comes 2 times over" in note for note in recorded.notes)
+
+
+def sent_by(programs, every_s=0.5, count=200, gap_s=0.0007):
+    """Depths that `programs` publish, each right behind the other."""
+    sent_s = every_s * np.arange(count)
+    time_s = (sent_s[:, None] + gap_s * np.arange(programs)).ravel()
+    read = np.repeat(np.cumsum(RNG.standard_normal(count)), programs)
+    return Dive("d", Path("d.bag"), "0" * 64, depth=Signal(time_s, read[:, None]))
+
+
+@pytest.mark.parametrize("programs", [2, 3, 5])
+def test_only_the_first_of_readings_that_several_programs_publish_is_kept(programs):
+    dive = sent_by(programs)
+    cleaned = without_copies(dive)
+    assert len(cleaned.depth) == 200
+    assert cleaned.depth.rate_hz == pytest.approx(2.0)
+    assert dive.depth.rate_hz > 1000.0
+    (note,) = cleaned.notes
+    assert f"one right behind the other (depth {programs} times)" in note
+
+
+def test_readings_of_a_steady_coarse_or_interrupted_sensor_are_no_copies():
+    time_s = np.arange(0.0, 60.0, 0.1)
+    slow = np.round(0.02 * time_s, 2)[:, None]
+    paused_s = np.where(time_s < 30.0, time_s, time_s + 600.0)
+    for depth in (
+        Signal(time_s, slow), Signal(time_s, 0 * slow), Signal(paused_s, slow), Signal(time_s[:1], slow[:1]),
+        Signal(np.round(time_s + 0.04 * RNG.random(len(time_s)), 3), slow), Signal(time_s[:0], slow[:0]),
+    ):  # fmt: skip
+        dive = Dive("d", Path("d.bag"), "0" * 64, depth=depth)
+        assert without_copies(dive) is dive
+
+
+def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_shown_at_its_mean_rate(tmp_path):
+    depth = sent_by(3).depth
+    rows = [f"{t:.6f},{z:.6f}" for t, z in zip(depth.time_s, depth.value[:, 0], strict=True)]
+    table, columns = tmp_path / "depth.csv", tmp_path / "columns.yaml"
+    table.write_text("\n".join(["t,z", *rows]), encoding="utf-8")
+    columns.write_text("time: {column: t, unit: s}\ndepth: {columns: [z], unit: m}\n", encoding="utf-8")
+    assert len(read_dive(table, columns).depth) == 200
+    shown = {
+        profile.name: profile.rate_hz for profile in profiles(read_table(table).streams, column_map(columns))
+    }
+    assert shown["z"] == pytest.approx(6.0, rel=0.02)
+
+
+def test_commands_that_flip_from_sample_to_sample_are_told_with_their_outputs():
+    """A sliding mode controller that is logged once a step; the second output follows a pilot."""
+    time_s = np.arange(0.0, 60.0, 0.05)
+    flips, calm = np.where(np.arange(len(time_s)) % 2, 40.0, -40.0), 20.0 * np.sin(0.5 * time_s)
+    dive = Dive("d", Path("d.csv"), "0" * 64, thrust_cmd=Signal(time_s, np.column_stack([flips, calm])))
+    (told,) = (note for note in missing_signals(dive) if "jump from each sample to the next" in note)
+    assert "(output 1)" in told
+    steady = replace(dive, thrust_cmd=Signal(time_s, np.column_stack([0 * calm, calm])))
+    assert not any("jump from" in note for note in missing_signals(steady))
 
 
 SHAPE = FILE.vehicle.configurations["only"]

@@ -216,10 +216,12 @@ def test_a_drift_beyond_chance_that_nothing_explains_is_never_called_no_gap():
 def test_what_no_candidate_explains_is_described():
     unknown = diagnosis(verdict="unknown", character=UNKNOWN)
     assert wording.verdict_sentence(unknown) == (
-        "Something is there that no candidate explains: most of it lies in surge, steady, mostly above 0.30 m/s; it "
-        "is fixed to the world, even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag "
-        "explains part of the gap."
+        "Something is there that no candidate explains: all of it lies in yaw, at rest; it is fixed to the world, "
+        "even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains part of the gap."
     )
+    elsewhere = replace(unknown, character=replace(UNKNOWN, dof=("sway",)))
+    without = replace(elsewhere, gap=replace(gap(), where=(Share("surge", "steady", 1.0),)))
+    assert "explains: all of it lies in surge, steady" in wording.verdict_sentence(without)
     left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
     assert "explains: all of it lies in yaw, turning; " in wording.verdict_sentence(
         replace(unknown, gap=left)
@@ -487,3 +489,12 @@ def test_an_interval_that_has_one_end_alone_is_left_out():
     assert "95 %" in cause_words.value_words("gain", Value(0.8, "1", 0.7, 0.9))
     assert "95 %" not in cause_words.value_words("gain", Value(0.8, "1", -math.inf, 0.9))
     assert "95 %" not in cause_words.value_words("gain", Value(0.8, "1", 0.7, math.inf))
+
+
+def test_a_plain_baseline_that_runs_away_is_not_told_to_two_decimals():
+    wild = replace(SURGE, nrmse_baseline=180.69)
+    borne = Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(wild, replace(YAW, nrmse_baseline=0.51)))
+    page = read(diagnosis(check=borne, heldout=None))
+    assert "over 10" in page
+    assert "180.69" not in page
+    assert "0.51" in page

@@ -1,1 +1,1 @@
-"""Readings to leave out (`frozen`, `impossible`), and `missing_signals`."""
+"""Readings to leave out (`copies`, `frozen`, `impossible`), and `missing_signals`."""

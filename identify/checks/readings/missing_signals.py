@@ -5,13 +5,15 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS, HEAVE
 from identify.checks.readings.frozen import axis_key
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.ingest.commands import unknown_between
-from identify.words import axes_named
+from identify.words import axes_named, listed
 
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
+SMOOTH = 0.5
+"""Autocorrelation of commands over one sample below which they jump from each sample to the next."""
 
 
 def missing_signals(dive: Dive) -> tuple[str, ...]:
@@ -84,12 +86,29 @@ def _forces(dive: Dive) -> list[str]:
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them where a "
             "faster loop sends them: what they do there is taken for a noise then. Record them at 20 Hz or more."
         )
+    if jumping := _jumping(signal):
+        notes.append(
+            f"Thruster commands jump from each sample to the next (output {listed(jumping)}): they change faster than "
+            "they are logged, so what the thrusters did is not known, and neither masses nor causes of these outputs "
+            "can be relied on. Log them faster, or calm the controller."
+        )
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
         notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
     if never_armed(dive):
         notes.append("The vehicle was never armed in this recording: the thrusters did not push.")
     return notes
+
+
+def _jumping(commands: Signal) -> list[str]:
+    """Numbers from 1 of the outputs (n, k) whose commands are hardly like those of the sample before."""
+    value = commands.finite().value
+    if len(value) < 2:
+        return []
+    moved = value - value.mean(axis=0)
+    power = np.sum(moved**2, axis=0)
+    like = np.sum(moved[1:] * moved[:-1], axis=0) / np.maximum(power, 1e-300)
+    return [str(k + 1) for k in np.flatnonzero((power > 0) & (like < SMOOTH))]
 
 
 def never_armed(dive: Dive) -> bool:

@@ -161,11 +161,17 @@ def _remainder(diagnosis: Diagnosis) -> str:
 
 
 def _unexplained(diagnosis: Diagnosis, whole: str) -> str:
-    """Location and character of the unexplained remainder."""
+    """Location and character of the unexplained remainder; it lies in the degrees of freedom in which it acts."""
     gap = diagnosis.gap
-    character = f"; {_character_clause(diagnosis.character)}" if diagnosis.character else ""
-    of_it = replace(gap, where=gap.unexplained_where, slices=()) if gap.unexplained_where else gap
-    return f"{where_sentence(of_it, whole)}{character}"
+    if gap.unexplained_where:
+        gap = replace(gap, where=gap.unexplained_where, slices=())
+    if diagnosis.character is None:
+        return where_sentence(gap, whole)
+    of_it = [item for item in gap.where if item.dof in diagnosis.character.dof]
+    total = sum(item.share for item in of_it)
+    if total > 0:
+        gap = replace(gap, where=tuple(replace(item, share=item.share / total) for item in of_it))
+    return f"{where_sentence(gap, whole)}; {_character_clause(diagnosis.character)}"
 
 
 def sorted_by_likelihood(findings: Sequence[Finding]) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:

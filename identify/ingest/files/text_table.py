@@ -28,7 +28,9 @@ MOST_BAD: Final = 1_000
 SPOKEN: Final = {"true": 1.0, "false": 0.0, "na": np.nan, "n/a": np.nan, "null": np.nan, "none": np.nan}
 LONGEST_SHOWN: Final = 40
 HEAD_BYTES: Final = 4096
-"""A zero byte in the first so many says that a file is no text; later ones are what a loss of power leaves."""
+MOST_ZEROS: Final = 0.01
+"""A larger share of zero bytes in the first HEAD_BYTES says that a file is no text. Fewer are what a serial line
+garbles, and later ones what a loss of power leaves."""
 DECIMAL_COMMA: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]|\s*$)")
 UNIT_APART: Final = re.compile(r"\s+(?=[\[(])")
@@ -119,7 +121,8 @@ def read_table(path: Path) -> Streams:
 def _text(path: Path) -> tuple[str, bool]:
     data, complete = load_bytes(path)
     wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
-    if not wide and b"\0" in data[:HEAD_BYTES]:
+    head = data[:HEAD_BYTES]
+    if not wide and head.count(b"\0") > MOST_ZEROS * len(head):
         raise LogError(f"{NO_TEXT}", path)
     # Spreadsheets write cp1252 where they were told nothing, and a degree sign in a name is no UTF-8 then.
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):

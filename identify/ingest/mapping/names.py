@@ -208,6 +208,12 @@ def time_unit(field: str) -> tuple[bool, str | None]:
     return False, None
 
 
+def ends_in_time_unit(field: str) -> str | None:
+    """The unit of time that a name ends in, whatever it begins with: `MonoS`, `t_boot_ms`; None for any other name."""
+    words = snake(field).split("_")
+    return UNITS["time"].get(words[-1]) if len(words) > 1 else None
+
+
 def _plain(unit: str) -> str:
     """A unit in letters: `°/s` as `deg/s`, `µs` as `us`, `m/s²` as `m/s2`."""
     for sign, letters in _SIGNS.items():

@@ -15,6 +15,7 @@ from identify.checks.mapping.mend import FLU, Mend
 from identify.checks.sensors.correlation import CLEAR, Match
 from identify.checks.sensors.sensor_pairs import agreeing, turn_match
 from identify.dive import Dive
+from identify.ingest.files.clock import iso_s
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.mapping.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
 from identify.ingest.mapping.column_map import (
@@ -28,17 +29,19 @@ from identify.ingest.mapping.column_map import (
     Columns,
     TimeColumn,
 )
-from identify.ingest.mapping.names import snake, time_unit
+from identify.ingest.mapping.names import ends_in_time_unit, snake, time_unit
 from identify.ingest.mapping.profiles import Profile, profiles
 from identify.ingest.mapping.ranges import time_unit_of
 from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
 from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
+from identify.words import listed
 
 LEAST_RISING = 0.95
 MOST_OFF = 3.0
 """Ratio of two rates of turn up to which they may be in one unit; degrees and radians are 57 apart."""
 TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
+COARSEST_FIRST = ("s", "ms", "us", "ns")
 OLD_S = 0.2
 """Headers of a topic that are older than those of another by this much raise a question."""
 
@@ -70,10 +73,22 @@ class Proposal:
         return "", ""
 
 
+class NothingKnown(LogError):
+    """No column of a file is known by its name. `seen`: a map of its time alone, with the profile of each column."""
+
+    def __init__(self, seen: Proposal, path: Path) -> None:
+        self.seen = seen
+        super().__init__(
+            "no column but the time is known by its name; write the column map by hand, as "
+            "docs/howto/bring_your_own_log.md shows, from the columns above",
+            path,
+        )
+
+
 def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     """The column map that the streams of a single run suggest, with physical contradictions mended.
 
-    Raises LogError if no column is a time, or no column is known by its name.
+    Raises LogError if no column is a time; NothingKnown if no other column is known by its name.
     """
     time, time_reason = _time(streams, path)
     apart = _on_two_clocks(streams, time)
@@ -97,12 +112,8 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
             f"By '{STAMP}', {old}: taken for the age of its readings; if a clock is off instead, take '{RECEIVED}'.",
         )
     if not choices:
-        names = [stream.full_name(field) for stream in streams for field in stream.columns]
-        raise LogError(
-            f"no column is known by its name ({', '.join(names[:12])}{', ...' if len(names) > 12 else ''}); "
-            "write the column map by hand, as docs/howto/bring_your_own_log.md shows",
-            path,
-        )
+        columns = map_of(time, ())
+        raise NothingKnown(Proposal(columns, (), profiles(streams, columns), notes, time_reason), path)
     if not apart:
         notes = (*notes, *_without_common_time(timed, choices, time))
     if not apart and (unreadable := _unreadable(timed, map_of(time, choices), path)):
@@ -313,8 +324,23 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
                 "run a file of its own, or a column with its number",
                 path,
             )
+        dates = [field for stream in streams for field, words in stream.text.items() if _are_dates(words)]
+        if dates:
+            return TimeColumn(dates[0], ISO), f"No column is named a time; '{dates[0]}' holds dates."
+        rising = [
+            (field, unit)
+            for stream in streams
+            for field in stream.columns
+            if (unit := ends_in_time_unit(field)) and _rises(stream.columns[field])
+        ]
+        if rising:
+            field, unit = min(rising, key=lambda each: COARSEST_FIRST.index(each[1]))
+            reason = f"No column is named a time; '{field}' rises throughout, and ends in {unit}."
+            return TimeColumn(field, unit), reason
         raise LogError(
-            f"no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds", path
+            f"no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds, or write the column "
+            "map by hand, as docs/howto/bring_your_own_log.md shows",
+            path,
         )
 
     def worth(field: str) -> tuple[int, int]:
@@ -322,6 +348,12 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         return counts[field], -TIME_FIRST.index(plain) if plain in TIME_FIRST else -len(TIME_FIRST)
 
     column = max(counts, key=worth)
+    back = [s.name for s in streams if STAMP in s.columns and not _rises(s.columns[STAMP])]
+    if column == RECEIVED and back:
+        return TimeColumn(RECEIVED, "s"), (
+            f"The header times of {listed(back)} fall back from message to message, so the log's are taken, which are "
+            f"later by what the way takes; if messages only overtook each other, '{STAMP}' is right."
+        )
     unit = time_unit(column)[1]
     values = [stream.columns[column] for stream in streams if column in stream.columns]
     if not values:
@@ -335,6 +367,14 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
     return TimeColumn(
         column, unit
     ), "" if is_telling else f"By the steps of '{column}', its unit is {unit}; check it."
+
+
+def _are_dates(words: Sequence[str]) -> bool:
+    """Whether a column of words holds times that rise, as ISO 8601 writes them."""
+    try:
+        return _rises(iso_s(words))
+    except ValueError:
+        return False
 
 
 def _of_one_moment(streams: Sequence[Stream], time: str) -> str:

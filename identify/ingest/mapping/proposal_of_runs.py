@@ -23,7 +23,7 @@ MOST_ASKED = 12
 def propose(streams: Sequence[Stream], path: Path) -> Proposal:
     """The column map that the streams of a file suggest; of a table that holds several runs, that of the most of them.
 
-    Raises LogError if no column is a time, or no column is known by its name.
+    Raises LogError if no column is a time; NothingKnown if no other column is known by its name.
     """
     column = run_column_in(streams)
     if not column:

@@ -38,6 +38,9 @@ GRAVITIES = tuple(
 )
 """Units of a specific force, and gravity in them."""
 
+SPINS_RAD_S = 0.4
+"""A vehicle that turns faster for nine tenths of a recording spins; few do."""
+
 MIDDLE_US = 1500.0
 """Pulse of most thrusters at rest."""
 
@@ -76,9 +79,8 @@ def unit_of(signal: str, values: Array) -> Guess:
         case "gyro" | "fog" if largest > LARGEST_TURN_RAD_S:
             return Guess("deg/s", f"Rates of turn reach {largest:.3g}, so they are degrees a second.")
         case "gyro" | "fog":
-            return Guess(
-                "rad/s", f"Rates of turn stay within {largest:.2g}: taken for radians a second.", False
-            )
+            taken = f"Rates of turn stay within {largest:.2g}: taken for radians a second."
+            return Guess("rad/s", f"{taken}{_as_an_angle(values)}", False)
         case "velocity" if largest > LARGEST_SPEED_M_S:
             unit = "cm/s" if largest < 100 * LARGEST_SPEED_M_S / 4 else "mm/s"
             return Guess(unit, f"Velocities reach {largest:.3g}, so they are taken for {unit}.", False)
@@ -114,6 +116,22 @@ def time_unit_of(time: Array) -> tuple[str, bool]:
         if step >= least:
             return unit, True
     return "s", step < 1.0
+
+
+def _as_an_angle(rates: Array) -> str:
+    """A sentence on a rate of turn (n, axes) in rad/s that stays away from zero, as an angle does; "" for others."""
+    for axis, column in zip("xyz", rates.T, strict=False):
+        known = column[np.isfinite(column)]
+        if not len(known):
+            continue
+        usual = float(np.median(known))
+        one_way = known * np.sign(usual)
+        if np.quantile(one_way, 0.1) > max(SPINS_RAD_S, 0.5 * abs(usual)):
+            return (
+                f" About {axis} they stay near {usual:.2g}, as an angle does: if the "
+                "vehicle did not spin all the time, they are its attitude, and belong under `euler`."
+            )
+    return ""
 
 
 def _is_unwrapped(angles: Array) -> bool:

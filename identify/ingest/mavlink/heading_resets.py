@@ -40,7 +40,8 @@ def without_heading_resets(dive: Dive) -> Dive:
     # A gyro's bias is no reset.
     beyond = np.abs(unturned - np.nanmedian(unturned))
     usual = 1.4826 * float(np.nanmedian(beyond))
-    reset = (beyond > max(LEAST_RAD, FAR * usual)) & (np.diff(attitude.time_s) < LONGEST_S)
+    unsure = _quickening(attitude, dive.gyro)
+    reset = (beyond > max(LEAST_RAD, FAR * usual) + unsure) & (np.diff(attitude.time_s) < LONGEST_S)
     if not 0 < np.count_nonzero(reset) <= MOST * len(reset):
         return dive
     later = np.append(np.cumsum(np.where(reset, unturned, 0.0)[::-1])[::-1], 0.0)
@@ -58,13 +59,26 @@ def _unturned(attitude: Signal, gyro: Signal) -> Array:
     NaN where unknown."""
     before, after = attitude.value[:-1], attitude.value[1:]
     middle_s, step_s = 0.5 * (attitude.time_s[1:] + attitude.time_s[:-1]), np.diff(attitude.time_s)
-    rates = gyro.at(middle_s)
-    roll, pitch, _ = euler_angles(attitude_at(attitude, middle_s))
-    # Rate of the heading (Fossen 2011, eq. 2.27), singular at a pitch of 90 deg.
-    turned = (np.sin(roll) * rates[:, 1] + np.cos(roll) * rates[:, 2]) / np.cos(pitch) * step_s
-    turned[np.abs(pitch) > STEEP_RAD] = np.nan
+    turned = _heading_rate(attitude, gyro, middle_s) * step_s
     change = euler_angles(after)[2] - euler_angles(before)[2] - turned
     return np.asarray(np.arctan2(np.sin(change), np.cos(change)))
+
+
+def _quickening(attitude: Signal, gyro: Signal) -> Array:
+    """Most (n - 1,) by which the turn from each attitude to the next may differ from that at the rate in its middle,
+    rad, for a rate that rises or falls between the two at any time; 0 where unknown."""
+    rates = _heading_rate(attitude, gyro, attitude.time_s)
+    return np.asarray(np.nan_to_num(0.5 * np.abs(np.diff(rates)) * np.diff(attitude.time_s)))
+
+
+def _heading_rate(attitude: Signal, gyro: Signal, time_s: Array) -> Array:
+    """Rate of the heading (m,) at times, rad/s (Fossen 2011, eq. 2.27); NaN near a pitch of 90 deg, where it is
+    singular."""
+    rates = gyro.at(time_s)
+    roll, pitch, _ = euler_angles(attitude_at(attitude, time_s))
+    turned = (np.sin(roll) * rates[:, 1] + np.cos(roll) * rates[:, 2]) / np.cos(pitch)
+    turned[np.abs(pitch) > STEEP_RAD] = np.nan
+    return np.asarray(turned)
 
 
 def _turned(quaternion: Array, by: Array) -> Array:

@@ -1,0 +1,53 @@
+"""Removes copies of a message that come right behind it.
+
+Where several programs publish the same reading, or a relay sends it on several ways, a log holds each several times
+over within a few milliseconds. By its median interval such a signal comes hundreds of times faster than anything was
+read.
+"""
+
+from dataclasses import replace
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from identify.dive import Dive, Signal
+from identify.words import listed
+
+BEHIND: Final = 0.1
+"""Part of an interval between readings within which one that says the same is a copy."""
+READINGS: Final = 0.9
+"""Quantile of the intervals of a signal that is one between readings, with up to ten copies of each."""
+LEAST_SHARE: Final = 0.2
+"""Least share of copies in a signal: fewer are chance."""
+
+
+def without_copies(dive: Dive) -> Dive:
+    """The dive with the first of each reading alone where a signal holds it several times over, and a note."""
+    kept: dict[str, Any] = {}
+    times: dict[str, float] = {}
+    for name, signal in dive.signals().items():
+        copies = _copies(signal)
+        if np.count_nonzero(copies) < max(LEAST_SHARE * len(signal), 1.0):
+            continue
+        kept[name] = Signal(signal.time_s[~copies], signal.value[~copies])
+        times[name] = len(signal) / len(kept[name])
+    if not kept:
+        return dive
+    named = listed([f"{name} {count:.2g} times" for name, count in times.items()])
+    note = (
+        f"The recording holds each reading several times over, one right behind the other ({named}), as where several "
+        "programs send it: only the first of each is taken for a reading."
+    )
+    return replace(dive, **kept, notes=(*dive.notes, note))
+
+
+def _copies(signal: Signal) -> NDArray[np.bool_]:
+    """Which samples (n,) say the same as the one before, and come much sooner than readings do."""
+    if len(signal) < 2:
+        return np.zeros(len(signal), np.bool_)
+    steps_s = np.diff(signal.time_s)
+    before, after = signal.value[:-1], signal.value[1:]
+    same = ((before == after) | (np.isnan(before) & np.isnan(after))).all(axis=1)
+    soon = steps_s < BEHIND * np.quantile(steps_s, READINGS)
+    return np.concatenate([[False], same & soon])
