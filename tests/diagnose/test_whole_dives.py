@@ -41,6 +41,16 @@ def diagnosis_of(name, seconds, lag_s=0.03):
 
 
 @pytest.mark.soak
+def test_four_effects_at_once_are_all_named():
+    hidden = ("weak_thruster", "steady_current", "quadratic_drag", "thruster_lag")
+    case = draw_case(398_003, kind="two", names=hidden)
+    diagnosis = diagnose(dive_of(case), case.file, case.configuration, progress=quiet)
+    names = {name for cause in diagnosis.findings for name in (cause.name, *cause.also)}
+    assert {*hidden} <= names
+    assert len(diagnosis.findings) == len(hidden)
+
+
+@pytest.mark.soak
 @short_and_whole
 def test_a_dive_that_hides_nothing_has_no_gap(seconds):
     diagnosis = diagnosis_of("open_1", seconds)

@@ -41,7 +41,7 @@ CLIMB_SHARE = 0.1
 LATE_S = 0.02
 """Delay or lag of the thrust from which the search begins with it."""
 
-MOST_TURNS, MOST_REFITS = 7, 5
+MOST_TURNS, MOST_REFITS = 10, 5
 
 SETTLED = 1.0
 

@@ -37,7 +37,7 @@ AT_END_NATS = 6.0
 """Nats by which a thruster that gives nothing at all must do better than a cause within its range: the best of some
 eight comes near a weight in any dive."""
 
-MOST_CAUSES = 3
+MOST_CAUSES = 6
 
 
 def improved(weighing: Weighing, fit: Fitted, refused: Collection[str] = ()) -> Fitted:

@@ -289,13 +289,20 @@ def _maximised(
         )
         joint = replace(better, problems=problems)
     maximum = climb(joint, theta, NEARLY, JointLikelihood.score)
-    return joint, maximum.theta, maximum.log_likelihood - 0.5 * GATE_SIGMA**2 * _left_out(joint)
+    return joint, maximum.theta, maximum.log_likelihood + _log_likelihood_of_dropped(joint, maximum.theta)
 
 
-def _left_out(joint: JointLikelihood) -> int:
-    """Number of readings that were dropped."""
-    read = sum(np.count_nonzero(np.isfinite(problem.axis.reading)) for problem in joint.problems)
-    return int(read - sum(np.count_nonzero(np.isfinite(problem.reading)) for problem in joint.problems))
+def _log_likelihood_of_dropped(joint: JointLikelihood, theta: Array) -> float:
+    """Log likelihood of the readings that were dropped, each as of a reading just at the gate: two fits that drop
+    different ones can be compared."""
+    out = 0.0
+    for problem, of_axis in zip(joint.at(theta), joint.slices, strict=True):
+        dropped = np.isfinite(problem.axis.reading) & ~np.isfinite(problem.reading)
+        if dropped.any():
+            whole = replace(problem, reading=np.where(dropped, problem.axis.reading, problem.reading))
+            _, variance = whole.filtered(theta[of_axis], GATE_SIGMA)
+            out -= 0.5 * float(np.sum(GATE_SIGMA**2 + np.log(variance[dropped])))
+    return out
 
 
 def _alike(joint: JointLikelihood, theta: Array, filtered: Sequence[int]) -> tuple[JointLikelihood, Array]:

@@ -43,6 +43,9 @@ GATE_SIGMA = 6.0
 MOST_WILD = 0.02
 """Up to this share, wild readings are blamed on the sensor and left out; if there are more, the model is to blame."""
 
+APART_S = 2.0
+"""Wild readings further apart than this are judged by themselves."""
+
 
 @dataclass(frozen=True)
 class AxisLikelihood:
@@ -375,12 +378,39 @@ class AxisLikelihood:
         return error, variance, gain
 
     def without_wild(self, theta: Array) -> Array:
-        """The readings (n,) with wild ones at `theta` replaced by NaN; all of them if too many are wild."""
+        """The readings (n,) with wild ones at `theta` replaced by NaN; as they are if too many would be left out."""
         error, variance = self.filtered(theta, GATE_SIGMA)
         wild = np.abs(error) >= GATE_SIGMA * np.sqrt(variance) * (1 - 1e-12)
-        if wild.sum() > MOST_WILD * np.isfinite(error).sum():
+        if not wild.any():
+            return self.reading
+        wild &= _foretells_better(wild, self.axis.time_s, (error, variance), self.filtered(theta, np.inf))
+        read = np.isfinite(self.axis.reading)
+        left_out = wild | (read & ~np.isfinite(self.reading))
+        if left_out.sum() > MOST_WILD * read.sum():
             return self.reading
         return np.where(wild, np.nan, self.reading)
+
+
+def _foretells_better(
+    wild: NDArray[np.bool_], time_s: Array, without: tuple[Array, Array], with_all: tuple[Array, Array]
+) -> NDArray[np.bool_]:
+    """Of each wild reading (n,) whether the filter that left it out foretells the readings from there on better than
+    the filter that took it.
+
+    After a spike it does. In a motion that the model lacks it falls further behind with every reading left out.
+
+    without, with_all: innovations and variances of the two filters; those left out count as just at the gate.
+    """
+    at = np.flatnonzero(wild)
+    begins = np.diff(time_s[at], prepend=-np.inf) > APART_S
+    nats = [
+        -0.5 * np.nan_to_num(error**2 / variance + np.log(variance))
+        for error, variance in (without, with_all)
+    ]
+    better = np.add.reduceat(nats[0] - nats[1], at[begins]) > 0
+    out = np.zeros(len(wild), np.bool_)
+    out[at] = better[np.cumsum(begins) - 1]
+    return out
 
 
 @dataclass(frozen=True)
