@@ -40,7 +40,8 @@ _NO_VERSION: Final = (0, 0, 0)
 class Settings(Questions):
     """The parameters that a companion depends on, and the firmware's version, 0.0.0 where it is not known.
 
-    fails_after_s: after how much silence the autopilot stops the vehicle; NaN where the firmware has no such setting.
+    fails_after_s: after how much silence the autopilot stops the vehicle; NaN until it is read, and where the firmware
+    has no such setting.
     """
 
     def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
@@ -122,7 +123,9 @@ class Settings(Questions):
             # NaN too: without a fail-safe a dead companion would leave the last sticks in force.
             if not self.values[name] > (WARNS_ALONE if name == FAILSAFE else 0):
                 return f"{name} must stop the vehicle: set it to 2"
-        if self.fails_after_s > LONGEST_ALONE_S:
+        if self.version >= TIMED_FROM and not self.fails_after_s <= LONGEST_ALONE_S:
+            if math.isnan(self.fails_after_s):
+                return f"{FAILSAFE_AFTER} is not read yet"
             return f"{FAILSAFE_AFTER} is {self.fails_after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
         if math.isnan(self.values[PILOT]):
             return f"no {PILOT}: from 4.7 on ArduSub has MAV_GCS_SYSID, use 4.5 or 4.6"

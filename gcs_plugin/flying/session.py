@@ -131,7 +131,7 @@ class FlightSession:
     def stop(self) -> None:
         """The end key: ahead of all else."""
         self._queue.clear()
-        self._sent_s = -1e9
+        self._sent_s, self._asked_s = -1e9, None
         self._order(Order.END, 0.0, 0.0, 0)
 
     def disarm(self) -> None:
@@ -140,7 +140,8 @@ class FlightSession:
     def fail(self, words: str) -> None:
         """Give the flight up, and all that was asked; what is asked afterwards, to end or to disarm, is still sent."""
         self._queue.clear()
-        self.failure = words
+        self._asked_s = None
+        self.failure = self.failure or words
 
     def tick(self, now_s: float) -> list[Any]:
         if not self._queue:

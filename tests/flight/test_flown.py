@@ -13,6 +13,7 @@ from soak import rows_rest_in_soak
 
 from bridge.clock import SimulatedClock
 from bridge.flight.flight import End, State
+from bridge.flight.orders import ORDER, Order
 from bridge.links.link import memory_pair
 from bridge.simulator.body import Start
 from bridge.simulator.dive import SimulatedVehicle
@@ -253,6 +254,25 @@ def test_after_a_failure_the_end_key_still_reaches_the_vehicle_and_what_was_aske
     sea.session.stop()
     sea.until(lambda: sea.flight.state is State.HOLDING, within_s=0.5)
     assert sea.flight.end is End.KEY
+
+
+@pytest.mark.parametrize("waited_s", [9.9, 11.0], ids=["just before", "after"])
+def test_the_end_key_is_sent_again_and_again_around_the_end_of_the_wait_for_an_answer(waited_s):
+    """The vehicle is heard, and hears nothing: a frame that is lost must not be the only one."""
+    sea = Sea().flying(AWAY, 5.0)
+    heard = sea.session.heard
+    sea.session.fly(AWAY)
+    at_s, sent = 100.0, []
+    while at_s < 100.0 + waited_s:
+        sea.session.heard, sea.session.heard_s = heard, at_s
+        sea.session.tick(at_s)
+        at_s += 0.1
+    sea.session.stop()
+    for _ in range(50):
+        sea.session.heard_s = at_s
+        sent += sea.session.tick(at_s)
+        at_s += 0.1
+    assert len([message for message in sent if message.command == ORDER and message.param1 == Order.END]) > 10
 
 
 def test_a_vehicle_that_starts_anew_lies_still_and_its_ground_says_so():

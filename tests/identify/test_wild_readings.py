@@ -5,6 +5,7 @@ from dataclasses import replace
 import closed_loop
 import network_tasks
 import numpy as np
+import pytest
 
 from identify.dive import Signal
 from identify.estimators.axes.build import build_axes
@@ -12,7 +13,7 @@ from identify.estimators.likelihood.axis import MOST_WILD
 from identify.estimators.likelihood.fit import fit_axes
 
 FILE = closed_loop.vehicle_file()
-BUMPS_S, PUSH_N = (62.0, 121.0, 203.0), 60.0
+BUMPS_S = (62.0, 121.0, 203.0)
 
 
 def left_out(dive):
@@ -23,27 +24,38 @@ def left_out(dive):
     return problem.axis.time_s[dropped]
 
 
-def bump(time_s, _thrust_n):
-    """A hull that something pushes three times for a second, as hard as its thruster can."""
-    return PUSH_N * any(at_s <= time_s < at_s + 1.0 for at_s in BUMPS_S)
+def hit(push_n, seconds):
+    """A dive of a hull that something pushes three times."""
+
+    def push(time_s, _thrust_n):
+        return push_n * any(at_s <= time_s < at_s + seconds for at_s in BUMPS_S)
+
+    return closed_loop.dive(np.random.default_rng(7), push=push)
 
 
-def with_spikes(dive, every, size):
+def with_spikes(dive, every, size, row=1):
+    """The dive with spikes of `row` readings in a row in its velocity, and the times of these readings."""
     read = dive.velocity
-    value = read.value.copy()
-    value[every // 2 :: every, 0] += size
-    return replace(dive, velocity=Signal(read.time_s, value)), read.time_s[every // 2 :: every]
+    value, at = read.value.copy(), np.arange(every // 2, len(read), every)
+    at = (at[:, None] + np.arange(row)).ravel()
+    value[at, 0] += size
+    return replace(dive, velocity=Signal(read.time_s, value)), read.time_s[at]
 
 
-def test_spikes_of_a_sensor_are_left_out_each_alone():
-    dive, spikes_s = with_spikes(closed_loop.dive(np.random.default_rng(7)), 250, 0.5)
+@pytest.mark.parametrize("row", [1, 3])
+@pytest.mark.parametrize("size", [0.1, 0.5])
+def test_spikes_of_a_sensor_are_left_out_of_one_reading_or_of_three_in_a_row(row, size):
+    dive, spikes_s = with_spikes(closed_loop.dive(np.random.default_rng(7)), 250, size, row)
     np.testing.assert_allclose(left_out(dive), spikes_s)
 
 
-def test_a_motion_that_the_model_lacks_is_kept_and_spikes_elsewhere_are_not():
-    hit = closed_loop.dive(np.random.default_rng(7), push=bump)
-    assert len(left_out(hit)) == 0
-    spiky, spikes_s = with_spikes(hit, 500, 1.0)
+@pytest.mark.parametrize(("push_n", "seconds"), [(60.0, 1.0), (60.0, 0.3), (400.0, 0.1), (1000.0, 0.1)])
+def test_a_motion_that_the_model_lacks_is_kept_however_short(push_n, seconds):
+    assert len(left_out(hit(push_n, seconds))) == 0
+
+
+def test_spikes_in_a_dive_with_such_a_motion_are_left_out_all_the_same():
+    spiky, spikes_s = with_spikes(hit(60.0, 1.0), 500, 1.0)
     np.testing.assert_allclose(left_out(spiky), spikes_s)
 
 

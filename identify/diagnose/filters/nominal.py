@@ -51,6 +51,9 @@ NEARLY = 0.05
 
 PASSES = 2
 
+NOWHERE, NEVER_SIGMA = 1e15, 1e6
+"""A reading that is beyond a gate of so many standard deviations, which every real one passes."""
+
 SEA_S, SEA_SPREAD = 1.5, 0.1
 """Correlation time of a sea's disturbance, s, and the prior spread of its logarithm."""
 
@@ -63,7 +66,7 @@ class Nominal:
     """A dive's filters at the maximum likelihood of the nominal model.
 
     built, joint: the identification's axes and likelihood, less the contribution of `acts`. theta (p,): the maximum,
-    with no steady push. log_posterior: at the maximum; a rejected reading counts as a residual of GATE_SIGMA. motion:
+    with no steady push. log_posterior: at the maximum; a reading that is left out counts as one at GATE_SIGMA. motion:
     velocities for the Coriolis forces. course: inputs of the effects. feedback_unrecorded: degrees of freedom whose
     controller used an unrecorded reading. filtered: degrees of freedom whose outliers an autopilot's filter has
     already removed; timing_s: lateness and smoothing of that filter's velocity, None without it; late_thrust_s: delay
@@ -299,8 +302,9 @@ def _log_likelihood_of_dropped(joint: JointLikelihood, theta: Array) -> float:
     for problem, of_axis in zip(joint.at(theta), joint.slices, strict=True):
         dropped = np.isfinite(problem.axis.reading) & ~np.isfinite(problem.reading)
         if dropped.any():
-            whole = replace(problem, reading=np.where(dropped, problem.axis.reading, problem.reading))
-            _, variance = whole.filtered(theta[of_axis], GATE_SIGMA)
+            # Readings that no filter takes, so that it says how well each was foretold.
+            whole = replace(problem, reading=np.where(dropped, NOWHERE, problem.reading))
+            _, variance = whole.filtered(theta[of_axis], NEVER_SIGMA)
             out -= 0.5 * float(np.sum(GATE_SIGMA**2 + np.log(variance[dropped])))
     return out
 

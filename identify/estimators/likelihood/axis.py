@@ -41,10 +41,10 @@ GATE_SIGMA = 6.0
 """A reading is wild if it is off the fit's expectation by more than this many standard deviations."""
 
 MOST_WILD = 0.02
-"""Up to this share, wild readings are blamed on the sensor and left out; if there are more, the model is to blame."""
+"""Largest share of an axis's readings that may be a sensor's spikes; if there are more, the model is to blame."""
 
-APART_S = 2.0
-"""Wild readings further apart than this are judged by themselves."""
+RECOVERED, BURST = 5, 3
+"""Readings as expected after which a wild one is judged by itself; wild ones in a row that may be a single spike's."""
 
 
 @dataclass(frozen=True)
@@ -378,39 +378,55 @@ class AxisLikelihood:
         return error, variance, gain
 
     def without_wild(self, theta: Array) -> Array:
-        """The readings (n,) with wild ones at `theta` replaced by NaN; as they are if too many would be left out."""
-        error, variance = self.filtered(theta, GATE_SIGMA)
-        wild = np.abs(error) >= GATE_SIGMA * np.sqrt(variance) * (1 - 1e-12)
+        """The readings (n,) with a sensor's spikes at `theta` replaced by NaN; as they are if too many would be left
+        out."""
+        without = self.filtered(theta, GATE_SIGMA)
+        wild = np.abs(without[0]) >= GATE_SIGMA * np.sqrt(without[1]) * (1 - 1e-12)
         if not wild.any():
             return self.reading
-        wild &= _foretells_better(wild, self.axis.time_s, (error, variance), self.filtered(theta, np.inf))
+        spikes = wild & _foretold_better(wild, self._begins(wild), without, self.filtered(theta, np.inf))
         read = np.isfinite(self.axis.reading)
-        left_out = wild | (read & ~np.isfinite(self.reading))
+        left_out = spikes | (read & ~np.isfinite(self.reading))
         if left_out.sum() > MOST_WILD * read.sum():
             return self.reading
-        return np.where(wild, np.nan, self.reading)
+        return np.where(spikes, np.nan, self.reading)
+
+    def _begins(self, wild: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Which wild readings (n,) stand alone or begin a group: those in another run than the wild one before, or
+        after RECOVERED readings of its sensor that were as expected."""
+        at, run = np.flatnonzero(wild), np.cumsum(self.axis.step < NO_STEP)
+        read, kind = np.isfinite(self.reading), self.axis.state_read
+        out = np.zeros(len(wild), np.bool_)
+        out[at[0]] = True
+        for before, now in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
+            expected = np.count_nonzero((read & (kind == kind[before]))[before + 1 : now])
+            out[now] = run[now] != run[before] or expected >= RECOVERED
+        return out
 
 
-def _foretells_better(
-    wild: NDArray[np.bool_], time_s: Array, without: tuple[Array, Array], with_all: tuple[Array, Array]
+def _foretold_better(
+    wild: NDArray[np.bool_],
+    begins: NDArray[np.bool_],
+    without: tuple[Array, Array],
+    with_all: tuple[Array, Array],
 ) -> NDArray[np.bool_]:
-    """Of each wild reading (n,) whether the filter that left it out foretells the readings from there on better than
-    the filter that took it.
+    """Which wild readings (n,) are of a group, some of which `begins` (n,), after whose first BURST readings the filter
+    that leaves wild readings out foretells better than the filter that takes them.
 
-    After a spike it does. In a motion that the model lacks it falls further behind with every reading left out.
+    After a spike it does. In a motion that the model lacks it falls further behind with every reading.
 
-    without, with_all: innovations and variances of the two filters; those left out count as just at the gate.
+    without, with_all: innovations and variances (n,) of the two filters. Neither pays more for a reading than for one
+    at the gate, so that no single one decides.
     """
-    at = np.flatnonzero(wild)
-    begins = np.diff(time_s[at], prepend=-np.inf) > APART_S
+    group = np.cumsum(begins)
+    place = np.cumsum(wild) - np.maximum.accumulate(np.where(begins, np.cumsum(wild), 0))
+    first = wild & (place < BURST)
     nats = [
-        -0.5 * np.nan_to_num(error**2 / variance + np.log(variance))
+        -0.5 * np.nan_to_num(np.minimum(error**2 / variance, GATE_SIGMA**2) + np.log(variance))
         for error, variance in (without, with_all)
     ]
-    better = np.add.reduceat(nats[0] - nats[1], at[begins]) > 0
-    out = np.zeros(len(wild), np.bool_)
-    out[at] = better[np.cumsum(begins) - 1]
-    return out
+    better = np.bincount(group, np.where(first, 0.0, nats[0] - nats[1])) > 0
+    return np.asarray(wild & better[group])
 
 
 @dataclass(frozen=True)

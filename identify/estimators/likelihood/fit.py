@@ -93,7 +93,7 @@ def fit_axes(
     progress: Callable[[float, str], None],
     feedback_unrecorded: Collection[int] = (),
 ) -> JointFit:
-    """Return the joint fit of all axes. Every pass leaves out the readings that the pass before found wild.
+    """Return the joint fit of all axes. Every pass leaves out the readings that the pass before took for spikes.
 
     The equation of a degree of freedom whose controller used an unrecorded reading (`feedback_unrecorded`) determines
     no mass, neither its own nor those of others that act in it.

@@ -161,7 +161,7 @@ class JointLikelihood:
 
     def with_better_forces(self, motion: Motion, theta: Array) -> "JointLikelihood":
         """Return the same likelihood with Coriolis forces from the velocities at theta, and without the readings that
-        are wild there.
+        are spikes there (`AxisLikelihood.without_wild`).
 
         `motion` gives the velocities of axes that are not fitted.
         """
