@@ -41,7 +41,7 @@ def test_thrust_that_is_stamped_late_makes_data_and_model_disagree_and_says_by_h
     (doubt,) = [doubt for doubt in answer.doubts if "acts at another time" in doubt.sentence]
     assert doubt.about == ("M_u", "D_u")
     assert answer.outcome is Outcome.DISAGREES
-    assert "(earlier, by about 86 ms; " in doubt.sentence
+    assert "(earlier, by about 87 ms; " in doubt.sentence
     assert "doctor --wet" in doubt.sentence
 
 

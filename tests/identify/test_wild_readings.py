@@ -49,6 +49,14 @@ def test_spikes_of_a_sensor_are_left_out_of_one_reading_or_of_three_in_a_row(row
     np.testing.assert_allclose(left_out(dive), spikes_s)
 
 
+def test_a_spike_at_the_very_end_is_left_out():
+    dive = closed_loop.dive(np.random.default_rng(7))
+    value = dive.velocity.value.copy()
+    value[-1, 0] += 0.5
+    spiky = replace(dive, velocity=Signal(dive.velocity.time_s, value))
+    np.testing.assert_allclose(left_out(spiky), dive.velocity.time_s[-1:])
+
+
 @pytest.mark.parametrize(("push_n", "seconds"), [(60.0, 1.0), (60.0, 0.3), (400.0, 0.1), (1000.0, 0.1)])
 def test_a_motion_that_the_model_lacks_is_kept_however_short(push_n, seconds):
     assert len(left_out(hit(push_n, seconds))) == 0

@@ -413,7 +413,8 @@ def _foretold_better(
     """Which wild readings (n,) are of a group, some of which `begins` (n,), after whose first BURST readings the filter
     that leaves wild readings out foretells better than the filter that takes them.
 
-    After a spike it does. In a motion that the model lacks it falls further behind with every reading.
+    After a spike it does. In a motion that the model lacks it falls further behind with every reading. A group that
+    nothing follows counts as a spike.
 
     without, with_all: innovations and variances (n,) of the two filters. Neither pays more for a reading than for one
     at the gate, so that no single one decides.
@@ -425,7 +426,7 @@ def _foretold_better(
         -0.5 * np.nan_to_num(np.minimum(error**2 / variance, GATE_SIGMA**2) + np.log(variance))
         for error, variance in (without, with_all)
     ]
-    better = np.bincount(group, np.where(first, 0.0, nats[0] - nats[1])) > 0
+    better = np.bincount(group, np.where(first, 0.0, nats[0] - nats[1])) >= 0
     return np.asarray(wild & better[group])
 
 
