@@ -419,9 +419,9 @@ def _foretold_better(
     without, with_all: innovations and variances (n,) of the two filters. Neither pays more for a reading than for one
     at the gate, so that no single one decides.
     """
-    group = np.cumsum(begins)
-    place = np.cumsum(wild) - np.maximum.accumulate(np.where(begins, np.cumsum(wild), 0))
-    first = wild & (place < BURST)
+    group, count = np.cumsum(begins), np.cumsum(wild)
+    before = np.maximum.accumulate(np.where(begins, count - 1, 0))
+    first = wild & (count - before <= BURST)
     nats = [
         -0.5 * np.nan_to_num(np.minimum(error**2 / variance, GATE_SIGMA**2) + np.log(variance))
         for error, variance in (without, with_all)
