@@ -399,7 +399,8 @@ class AxisLikelihood:
         out = np.zeros(len(wild), np.bool_)
         out[at[0]] = True
         for before, now in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
-            expected = np.count_nonzero((read & (kind == kind[before]))[before + 1 : now])
+            between = slice(before + 1, now)
+            expected = np.count_nonzero(read[between] & (kind[between] == kind[before]))
             out[now] = run[now] != run[before] or expected >= RECOVERED
         return out
 
