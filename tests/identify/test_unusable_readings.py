@@ -398,7 +398,7 @@ def sent_by(programs, every_s=0.5, count=200, gap_s=0.0007):
     return Dive("d", Path("d.bag"), "0" * 64, depth=Signal(time_s, read[:, None]))
 
 
-@pytest.mark.parametrize("programs", [2, 3, 5])
+@pytest.mark.parametrize("programs", [2, 3, 5, 9])
 def test_only_the_first_of_readings_that_several_programs_publish_is_kept(programs):
     dive = sent_by(programs)
     cleaned = without_copies(dive)
@@ -419,6 +419,31 @@ def test_readings_of_a_steady_coarse_or_interrupted_sensor_are_no_copies():
     ):  # fmt: skip
         dive = Dive("d", Path("d.bag"), "0" * 64, depth=depth)
         assert without_copies(dive) is dive
+
+
+def test_readings_that_come_more_than_nine_times_in_all_are_no_copies():
+    dive = sent_by(10)
+    assert without_copies(dive) is dive
+
+
+@pytest.mark.parametrize(
+    "turn_s", [5.0, 50.0], ids=["fast", "so slowly that most bursts say the same throughout"]
+)
+def test_distinct_readings_of_a_coarse_sensor_that_are_stamped_in_bursts_stay(turn_s):
+    """Depth at 50 Hz to 1 cm, of which a port hands on five at a time."""
+    sent_s = 0.02 * np.arange(3000)
+    burst_s = 0.1 * (np.arange(3000) // 5) + 0.0005 * (np.arange(3000) % 5)
+    depth = np.round(2.0 + np.sin(sent_s / turn_s), 2)[:, None]
+    dive = Dive("d", Path("d.bag"), "0" * 64, depth=Signal(burst_s, depth))
+    assert without_copies(dive) is dive
+
+
+def test_a_signal_that_now_and_then_repeats_a_reading_right_behind_it_keeps_both():
+    """A tenth of the depths came twice: too few to be several programs' doing."""
+    twice = sent_by(2).depth
+    kept = np.sort(np.concatenate([np.arange(0, 400, 2), np.arange(1, 400, 20)]))
+    dive = Dive("d", Path("d.bag"), "0" * 64, depth=Signal(twice.time_s[kept], twice.value[kept]))
+    assert without_copies(dive) is dive
 
 
 def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_shown_at_its_mean_rate(tmp_path):
