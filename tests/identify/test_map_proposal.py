@@ -366,6 +366,13 @@ def test_an_attitude_that_a_log_calls_angular_is_doubted_as_a_rate_of_turn():
     assert "as an angle does" not in " ".join(gyro.reasons)
 
 
+def test_a_fibre_optic_gyro_of_a_vehicle_that_spins_is_not_told_to_be_an_attitude():
+    columns = {name: usual(READ)[name] for name in ("t", "u", "v", "w")}
+    columns["fog_z"] = 2.2 + 0.3 * np.sin(0.1 * READ["t"])
+    (fog,) = (choice for choice in proposed(columns).choices if choice.signal == "fog")
+    assert "as an angle does" not in " ".join(fog.reasons)
+
+
 def test_header_times_that_fall_back_leave_the_log_s_times_and_a_word_on_it():
     stamp_s = np.arange(0.0, 30.0, 0.1)
     overtaken_s = stamp_s.reshape(-1, 4)[:, [1, 0, 3, 2]].ravel()
