@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge import schema
-from bridge.errors import ConfigError, ParamRejected, ParamUnwritten
-from bridge.files import read_small
+from bridge.errors import ConfigError, ParamError, ParamRejected
+from bridge.files import read_small, whole
 from bridge.plain import from_json, to_json
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.forecast import Credit, ForecastRow
-from gcs_plugin.params.files import replace_text, write_parameters
+from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 
 FORMAT: Final = 1
 
@@ -89,13 +89,22 @@ def write_with_sidecar(
     component: int = 1,
 ) -> None:
     """Write a parameter file, as `files.write_parameters` does, with its sidecar, or neither: without the sidecar, the
-    doubts would be lost."""
-    write_parameters(path, values, words, system, component)
+    doubts would be lost. If that fails, both files are as they were."""
+    target = sidecar_path(path)
     try:
+        before = target.read_bytes() if target.is_file() else None
         write_sidecar(path, sidecar)
-    except ParamUnwritten:
-        path.unlink(missing_ok=True)
-        raise
+        try:
+            write_parameters(path, values, words, system, component)
+        except ParamError:
+            if before is None:
+                target.unlink(missing_ok=True)
+            else:
+                with whole(target) as file:
+                    file.write(before)
+            raise
+    except OSError as error:
+        raise unwritten(target, error) from None
 
 
 def read_sidecar(path: Path) -> Sidecar | None:

@@ -8,6 +8,8 @@ import pytest
 
 from bridge.errors import ParamRejected, ParamUnwritten
 from bridge.vehicle.forecast import Credit, ForecastRow
+from gcs_plugin.params import files
+from gcs_plugin.params import sidecar as sidecars
 from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
@@ -20,7 +22,7 @@ from gcs_plugin.params.last_accepted import (
 )
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import Line, Receipt, begin, next_number
-from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar
+from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_with_sidecar
 from gcs_plugin.params.transfer import Outcome
 
 MASS = Interval("M_u", "kg", 90.0, 110.0)
@@ -97,6 +99,27 @@ def test_values_whose_doubts_cannot_be_kept_are_not_kept_either(receipts):
     with pytest.raises(ParamUnwritten):
         receipts.keep(FF1_M_U=104.0)
     assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+@pytest.mark.parametrize("older", [True, False], ids=["over older values", "anew"])
+@pytest.mark.parametrize("blocked", ["of_lake.param", "of_lake.param.json"])
+def test_values_and_their_sidecar_are_written_both_or_neither(tmp_path, monkeypatch, older, blocked):
+    path = tmp_path / "of_lake.param"
+    if older:
+        write_with_sidecar(path, {"FF1_M_U": 100.0}, (), SIDECAR)
+    before = {each.name: each.read_text("utf-8") for each in tmp_path.iterdir()}
+    write = files.replace_text
+
+    def full(at, text):
+        if at.name == blocked:
+            raise ParamUnwritten(f"{at}: no space left")
+        write(at, text)
+
+    monkeypatch.setattr(files, "replace_text", full)
+    monkeypatch.setattr(sidecars, "replace_text", full)
+    with pytest.raises(ParamUnwritten):
+        write_with_sidecar(path, {"FF1_M_U": 104.0}, (), dataclasses.replace(SIDECAR, dive="sea"))
+    assert {each.name: each.read_text("utf-8") for each in tmp_path.iterdir()} == before
 
 
 @pytest.mark.parametrize(

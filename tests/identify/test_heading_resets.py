@@ -54,19 +54,35 @@ def test_headings_before_a_reset_are_turned_by_it_and_roll_and_pitch_stay():
     assert "+2.9 deg at 20 s" in note
 
 
+def turned_at(at_s, rate_rad_s, gyro_every, reset=0.0):
+    """Turns at a rate between times, with the attitude at 10 Hz and a gyro every so many ms; `reset` at 15 s."""
+    fine_s = np.arange(0.0, 30.0, 0.001)
+    rate = np.interp(fine_s, at_s, rate_rad_s)
+    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 0.001)])
+    turned += reset * (fine_s >= 15.0)
+    read, gyro = np.arange(0, len(fine_s), 100), np.arange(0, len(fine_s), gyro_every)
+    level, none = np.zeros(len(read)), np.zeros(len(gyro))
+    return Dive(
+        "hard", Path("hard.tlog"), "1" * 64,
+        attitude=Signal(fine_s[read], quaternions_from_euler(level, level, turned[read])),
+        gyro=Signal(fine_s[gyro], np.column_stack((none, none, rate[gyro]))),
+    )  # fmt: skip
+
+
 def test_a_turn_that_begins_hard_between_two_slow_samples_is_no_reset():
     """Half a turn a second, begun within a tenth of a second in the middle between readings at 10 Hz."""
-    fine_s = np.arange(0.0, 30.0, 0.001)
-    rate = np.interp(fine_s, [0.0, 20.02, 20.09, 23.0, 23.1, 30.0], [0.0, 0.0, 2.8, 2.8, 0.0, 0.0])
-    turned = np.concatenate([[0.0], np.cumsum(0.5 * (rate[1:] + rate[:-1]) * 0.001)])
-    read = np.arange(0, len(fine_s), 100)
-    level, none = np.zeros(len(read)), np.zeros(len(read))
-    attitude = Signal(fine_s[read], quaternions_from_euler(level, level, turned[read]))
-    hard = Dive(
-        "hard", Path("hard.tlog"), "1" * 64, attitude=attitude,
-        gyro=Signal(fine_s[read], np.column_stack((none, none, rate[read]))),
-    )  # fmt: skip
+    hard = turned_at([0.0, 20.02, 20.09, 23.0, 23.1, 30.0], [0.0, 0.0, 2.8, 2.8, 0.0, 0.0], gyro_every=100)
     assert without_heading_resets(hard) is hard
+
+
+def test_a_twitch_between_two_attitudes_that_a_fast_gyro_saw_is_no_reset_and_hides_none():
+    """0.08 s at 1 rad/s."""
+    twitch = ([0.0, 20.01, 20.02, 20.08, 20.09, 30.0], [0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
+    turned = turned_at(*twitch, gyro_every=10)
+    assert without_heading_resets(turned) is turned
+    beside = turned_at([0.0, 14.91, 14.92, 14.98, 14.99, 30.0], twitch[1], gyro_every=10, reset=0.05)
+    (note,) = without_heading_resets(beside).notes
+    assert "by +2.9 deg at 15 s" in note
 
 
 @pytest.mark.parametrize("lacking", ["gyro", "attitude"])

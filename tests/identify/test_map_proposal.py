@@ -366,6 +366,13 @@ def test_an_attitude_that_a_log_calls_angular_is_doubted_as_a_rate_of_turn():
     assert "as an angle does" not in " ".join(gyro.reasons)
 
 
+def test_a_fibre_optic_gyro_of_a_vehicle_that_spins_is_not_told_to_be_an_attitude():
+    columns = {name: usual(READ)[name] for name in ("t", "u", "v", "w")}
+    columns["fog_z"] = 2.2 + 0.3 * np.sin(0.1 * READ["t"])
+    (fog,) = (choice for choice in proposed(columns).choices if choice.signal == "fog")
+    assert "as an angle does" not in " ".join(fog.reasons)
+
+
 def test_header_times_that_fall_back_leave_the_log_s_times_and_a_word_on_it():
     stamp_s = np.arange(0.0, 30.0, 0.1)
     overtaken_s = stamp_s.reshape(-1, 4)[:, [1, 0, 3, 2]].ravel()
@@ -378,6 +385,33 @@ def test_header_times_that_fall_back_leave_the_log_s_times_and_a_word_on_it():
     proposal = propose(streams, LOG)
     assert proposal.columns.time == TimeColumn("received", "s")
     assert proposal.time_reason.startswith("The header times of /dvl fall back from message to message")
+
+
+def test_header_times_that_nothing_fills_or_of_a_single_message_are_not_told_to_fall_back():
+    time_s = np.arange(0.0, 30.0, 0.1)
+    motion = {f"twist.linear.{axis}": np.sin(time_s) for axis in "xyz"}
+    imu = {f"angular_velocity.{axis}": np.cos(time_s) for axis in "xyz"}
+    once = {"stamp": np.zeros(1), "received": np.ones(1), "data": np.zeros(1)}
+    unfilled = (
+        Stream("/dvl", {"stamp": 0.0 * time_s, "received": time_s + 0.1, **motion}, {}),
+        Stream("/imu", {"stamp": time_s, "received": time_s + 0.1, **imu}, {}),
+        Stream("/mode", once, {}),
+    )
+    proposal = propose(unfilled, LOG)
+    assert proposal.columns.time == TimeColumn("received", "s")
+    assert "fall back" not in proposal.time_reason
+    falling = {"stamp": time_s[::-1], "received": time_s + 0.1, "data": 0.0 * time_s}
+    both = propose((*unfilled, Stream("/mast", falling, {})), LOG)
+    assert both.time_reason.startswith("The header times of /mast fall back")
+
+
+@pytest.mark.parametrize("other", ["cum_s", "speed_ms"])
+def test_of_columns_that_rise_and_end_in_a_unit_of_time_the_most_even_is_the_time(other):
+    """Time of which the thrusters pushed, and a vehicle that gathers way by fits and starts."""
+    rises = np.cumsum(np.random.default_rng(6).exponential(0.05, len(READ["t"])))
+    columns = {name: values for name, values in usual(READ).items() if name != "t"}
+    proposal = proposed({other: rises, "Zeit_ms": 1e3 * READ["t"], **columns})
+    assert proposal.columns.time == TimeColumn("Zeit_ms", "ms")
 
 
 def test_where_no_column_is_named_a_time_one_that_rises_and_ends_in_a_unit_of_time_is_taken_and_told():

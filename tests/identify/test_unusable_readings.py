@@ -398,7 +398,7 @@ def sent_by(programs, every_s=0.5, count=200, gap_s=0.0007):
     return Dive("d", Path("d.bag"), "0" * 64, depth=Signal(time_s, read[:, None]))
 
 
-@pytest.mark.parametrize("programs", [2, 3, 5])
+@pytest.mark.parametrize("programs", [2, 3, 5, 9])
 def test_only_the_first_of_readings_that_several_programs_publish_is_kept(programs):
     dive = sent_by(programs)
     cleaned = without_copies(dive)
@@ -421,6 +421,31 @@ def test_readings_of_a_steady_coarse_or_interrupted_sensor_are_no_copies():
         assert without_copies(dive) is dive
 
 
+def test_readings_that_come_more_than_nine_times_in_all_are_no_copies():
+    dive = sent_by(10)
+    assert without_copies(dive) is dive
+
+
+@pytest.mark.parametrize(
+    "turn_s", [5.0, 50.0], ids=["fast", "so slowly that most bursts say the same throughout"]
+)
+def test_distinct_readings_of_a_coarse_sensor_that_are_stamped_in_bursts_stay(turn_s):
+    """Depth at 50 Hz to 1 cm, of which a port hands on five at a time."""
+    sent_s = 0.02 * np.arange(3000)
+    burst_s = 0.1 * (np.arange(3000) // 5) + 0.0005 * (np.arange(3000) % 5)
+    depth = np.round(2.0 + np.sin(sent_s / turn_s), 2)[:, None]
+    dive = Dive("d", Path("d.bag"), "0" * 64, depth=Signal(burst_s, depth))
+    assert without_copies(dive) is dive
+
+
+def test_a_signal_that_now_and_then_repeats_a_reading_right_behind_it_keeps_both():
+    """A tenth of the depths came twice: too few to be several programs' doing."""
+    twice = sent_by(2).depth
+    kept = np.sort(np.concatenate([np.arange(0, 400, 2), np.arange(1, 400, 20)]))
+    dive = Dive("d", Path("d.bag"), "0" * 64, depth=Signal(twice.time_s[kept], twice.value[kept]))
+    assert without_copies(dive) is dive
+
+
 def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_shown_at_its_mean_rate(tmp_path):
     depth = sent_by(3).depth
     rows = [f"{t:.6f},{z:.6f}" for t, z in zip(depth.time_s, depth.value[:, 0], strict=True)]
@@ -434,15 +459,59 @@ def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_sho
     assert shown["z"] == pytest.approx(6.0, rel=0.02)
 
 
+TWENTY_HZ_S = np.arange(0.0, 60.0, 0.05)
+FLIPS = np.where(np.arange(len(TWENTY_HZ_S)) % 2, 40.0, -40.0)
+CALM = 20.0 * np.sin(0.5 * TWENTY_HZ_S)
+
+
+def told_jumps(dive):
+    return [note for note in missing_signals(dive) if "from each sample to the next" in note]
+
+
+def asked(*columns, every=1, **known):
+    """A dive of nothing but thruster commands in N."""
+    commands = Signal(TWENTY_HZ_S[::every], np.column_stack(columns)[::every])
+    return Dive("d", Path("d.csv"), "0" * 64, thrust_cmd=commands, **known)
+
+
 def test_commands_that_flip_from_sample_to_sample_are_told_with_their_outputs():
     """A sliding mode controller that is logged once a step; the second output follows a pilot."""
-    time_s = np.arange(0.0, 60.0, 0.05)
-    flips, calm = np.where(np.arange(len(time_s)) % 2, 40.0, -40.0), 20.0 * np.sin(0.5 * time_s)
-    dive = Dive("d", Path("d.csv"), "0" * 64, thrust_cmd=Signal(time_s, np.column_stack([flips, calm])))
-    (told,) = (note for note in missing_signals(dive) if "jump from each sample to the next" in note)
+    (told,) = told_jumps(asked(FLIPS, CALM))
     assert "(output 1)" in told
-    steady = replace(dive, thrust_cmd=Signal(time_s, np.column_stack([0 * calm, calm])))
-    assert not any("jump from" in note for note in missing_signals(steady))
+    assert told_jumps(asked(0 * CALM, CALM)) == []
+
+
+def test_commands_that_dither_by_little_beside_those_of_another_output_are_not_told():
+    assert told_jumps(asked(FLIPS / 40.0, 10.0 * CALM)) == []
+    assert told_jumps(asked(FLIPS / 40.0, 0 * CALM))
+
+
+def test_an_output_that_is_never_known_hides_no_other_that_jumps():
+    (told,) = told_jumps(asked(np.full(len(FLIPS), np.nan), CALM, FLIPS))
+    assert "(output 3)" in told
+
+
+def test_a_wrench_that_jumps_is_told_by_its_axes_and_forces_are_held_against_forces():
+    wrench = np.column_stack([FLIPS, CALM, 0 * CALM, 0 * CALM, 0 * CALM, FLIPS / 40.0])
+    dive = Dive("d", Path("d.csv"), "0" * 64, tau_cmd=Signal(TWENTY_HZ_S, wrench))
+    (told,) = told_jumps(dive)
+    assert told.startswith("Commanded forces jump from each sample to the next (surge and yaw):")
+    assert "output" not in told
+
+
+@pytest.mark.parametrize("wrench_alone", [False, True])
+def test_jumps_are_too_fast_for_the_log_only_where_commands_are_unknown_between_samples(wrench_alone):
+    """Every fifth sample of random flips, at 4 Hz."""
+    flips = np.where(np.random.default_rng(3).random(len(TWENTY_HZ_S)) < 0.5, 40.0, -40.0)
+    slow = asked(flips, every=5)
+    if wrench_alone:
+        wrench = np.column_stack([slow.thrust_cmd.value, np.zeros((len(slow.thrust_cmd), 5))])
+        slow = replace(slow, thrust_cmd=None, tau_cmd=Signal(slow.thrust_cmd.time_s, wrench))
+    (told,) = told_jumps(slow)
+    assert "faster than" in told
+    (held,) = told_jumps(replace(slow, commands_hold=True))
+    assert "faster" not in held
+    assert "thrusters can hardly follow" in held
 
 
 SHAPE = FILE.vehicle.configurations["only"]

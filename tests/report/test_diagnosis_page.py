@@ -219,9 +219,9 @@ def test_what_no_candidate_explains_is_described():
         "Something is there that no candidate explains: all of it lies in yaw, at rest; it is fixed to the world, "
         "even in speed, intermittent, and goes with heading and yaw rate. Quadratic drag explains part of the gap."
     )
-    elsewhere = replace(unknown, character=replace(UNKNOWN, dof=("sway",)))
+    elsewhere = replace(unknown, character=replace(UNKNOWN, dof=("sway", "roll")))
     without = replace(elsewhere, gap=replace(gap(), where=(Share("surge", "steady", 1.0),)))
-    assert "explains: all of it lies in surge, steady" in wording.verdict_sentence(without)
+    assert "explains: it lies in sway and roll; it is fixed" in wording.verdict_sentence(without)
     left = replace(gap(), unexplained_where=(Share("yaw", "turning", 1.0),))
     assert "explains: all of it lies in yaw, turning; " in wording.verdict_sentence(
         replace(unknown, gap=left)

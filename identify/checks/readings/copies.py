@@ -3,6 +3,9 @@
 Where several programs publish the same reading, or a relay sends it on several ways, a log holds each several times
 over within a few milliseconds. By its median interval such a signal comes hundreds of times faster than anything was
 read.
+
+Chance and a coarse resolution repeat readings, too, but never nearly all of them equally often; a coarse sensor's that
+are handed on in bursts differ within a burst as often as between two.
 """
 
 from dataclasses import replace
@@ -17,9 +20,12 @@ from identify.words import listed
 BEHIND: Final = 0.1
 """Part of an interval between readings within which one that says the same is a copy."""
 READINGS: Final = 0.9
-"""Quantile of the intervals of a signal that is one between readings, with up to ten copies of each."""
-LEAST_SHARE: Final = 0.2
-"""Least share of copies in a signal: fewer are chance."""
+"""Quantile of the intervals of a signal that is one between readings, with each there up to nine times in all."""
+LEAST_SHARE: Final = 0.8
+"""Least share of runs of equal values that have the same length: lost readings and chance make a few others."""
+FEWEST_RUNS: Final = 20
+MOST_CHANGES: Final = 0.2
+"""Largest share of samples that differ from one right before, over that of the others: more are readings in bursts."""
 
 
 def without_copies(dive: Dive) -> Dive:
@@ -28,7 +34,7 @@ def without_copies(dive: Dive) -> Dive:
     times: dict[str, float] = {}
     for name, signal in dive.signals().items():
         copies = _copies(signal)
-        if np.count_nonzero(copies) < max(LEAST_SHARE * len(signal), 1.0):
+        if not come_equally_often(np.flatnonzero(~copies), len(signal)):
             continue
         kept[name] = Signal(signal.time_s[~copies], signal.value[~copies])
         times[name] = len(signal) / len(kept[name])
@@ -42,6 +48,18 @@ def without_copies(dive: Dive) -> Dive:
     return replace(dive, **kept, notes=(*dive.notes, note))
 
 
+def come_equally_often(first: NDArray[np.intp], count: int) -> bool:
+    """Whether most of `count` samples that say the same come in runs of one length, or of one more, beyond 1; `first`:
+    where each run begins. The rate of readings need not divide that at which they are sent.
+    """
+    lengths = np.diff(first, append=count)
+    if len(first) < FEWEST_RUNS or np.mean(lengths > 1) <= LEAST_SHARE:
+        return False
+    usual = int(np.median(lengths))
+    share = max(np.mean((lengths == usual + by) | (lengths == usual + by + 1)) for by in (-1, 0))
+    return bool(share > LEAST_SHARE)
+
+
 def _copies(signal: Signal) -> NDArray[np.bool_]:
     """Which samples (n,) say the same as the one before, and come much sooner than readings do."""
     if len(signal) < 2:
@@ -50,4 +68,6 @@ def _copies(signal: Signal) -> NDArray[np.bool_]:
     before, after = signal.value[:-1], signal.value[1:]
     same = ((before == after) | (np.isnan(before) & np.isnan(after))).all(axis=1)
     soon = steps_s < BEHIND * np.quantile(steps_s, READINGS)
+    if soon.any() and np.mean(~same[soon]) > MOST_CHANGES * np.mean(~same[~soon]):
+        return np.zeros(len(signal), np.bool_)
     return np.concatenate([[False], same & soon])

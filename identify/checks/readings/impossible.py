@@ -1,7 +1,6 @@
 """Removes readings that are none: values and times that no vehicle can have, and copies of velocities.
 
-A likelihood that takes each copy for a reading concludes that the velocity stands still between them. Chance, a coarse
-resolution and a vehicle at rest repeat values too, but never nearly all of them equally often.
+A likelihood that takes each copy for a reading concludes that the velocity stands still between them.
 """
 
 from dataclasses import replace
@@ -11,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from identify.checks.readings.copies import come_equally_often
 from identify.dive import Dive, Signal
 from identify.ingest.commands import percent
 
@@ -93,17 +93,8 @@ def tame(time_s: Array) -> NDArray[np.bool_]:
     return np.asarray(np.abs(time_s - usual) <= WILD_S)
 
 
-LEAST_SHARE = 0.8
-"""Least share of runs of equal values that have the same length: lost readings and chance make a few others."""
-
-FEWEST_RUNS = 20
-
-
 def without_repeated(dive: Dive) -> Dive:
-    """If velocities each come equally often, the dive with only the first of each, and a note.
-
-    The sensor's rate need not divide the rate at which its values are sent: a run may also be one longer than usual.
-    """
+    """If velocities each come equally often, the dive with only the first of each, and a note."""
     if dive.velocity is None:
         return dive
     axes = np.isfinite(dive.velocity.value).any(axis=0)
@@ -112,12 +103,7 @@ def without_repeated(dive: Dive) -> Dive:
     if len(read) < 2 or not axes.any():
         return dive
     first = np.flatnonzero(np.concatenate([[True], (read[1:] != read[:-1]).any(axis=1)]))
-    lengths = np.diff(first, append=len(read))
-    if len(first) < FEWEST_RUNS or np.mean(lengths > 1) <= LEAST_SHARE:
-        return dive
-    usual = int(np.median(lengths))
-    share = max(np.mean((lengths == usual + by) | (lengths == usual + by + 1)) for by in (-1, 0))
-    if share <= LEAST_SHARE:
+    if not come_equally_often(first, len(read)):
         return dive
     copies = np.flatnonzero(known)[np.setdiff1d(np.arange(len(read)), first)]
     left = Signal(np.delete(dive.velocity.time_s, copies), np.delete(dive.velocity.value, copies, axis=0))

@@ -14,6 +14,8 @@ SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
 SMOOTH = 0.5
 """Autocorrelation of commands over one sample below which they jump from each sample to the next."""
+LEAST_JUMPS = 0.1
+"""Least standard deviation of commands that jump, over the largest of an output in the same unit."""
 
 
 def missing_signals(dive: Dive) -> tuple[str, ...]:
@@ -86,12 +88,7 @@ def _forces(dive: Dive) -> list[str]:
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them where a "
             "faster loop sends them: what they do there is taken for a noise then. Record them at 20 Hz or more."
         )
-    if jumping := _jumping(signal):
-        notes.append(
-            f"Thruster commands jump from each sample to the next (output {listed(jumping)}): they change faster than "
-            "they are logged, so what the thrusters did is not known, and neither masses nor causes of these outputs "
-            "can be relied on. Log them faster, or calm the controller."
-        )
+    notes += _jumps(dive, signal)
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
         notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
@@ -100,15 +97,35 @@ def _forces(dive: Dive) -> list[str]:
     return notes
 
 
-def _jumping(commands: Signal) -> list[str]:
-    """Numbers from 1 of the outputs (n, k) whose commands are hardly like those of the sample before."""
-    value = commands.finite().value
-    if len(value) < 2:
-        return []
-    moved = value - value.mean(axis=0)
-    power = np.sum(moved**2, axis=0)
-    like = np.sum(moved[1:] * moved[:-1], axis=0) / np.maximum(power, 1e-300)
-    return [str(k + 1) for k in np.flatnonzero((power > 0) & (like < SMOOTH))]
+def _jumps(dive: Dive, commands: Signal) -> list[str]:
+    """A sentence on thruster commands, or on the wrench in their place, that jump from each sample to the next."""
+    if commands is dive.tau_cmd:
+        moments = [3 + dof for dof in _jumping(commands.value[:, 3:])]
+        if not (dofs := [*_jumping(commands.value[:, :3]), *moments]):
+            return []
+        subject, parts = "Commanded forces", axes_named(dofs)
+    else:
+        if not (outputs := [str(k + 1) for k in _jumping(commands.value)]):
+            return []
+        subject, parts = "Thruster commands", f"output {listed(outputs)}"
+    if unknown_between(dive, commands):
+        why, remedy = "they change faster than they are logged", "Log them faster, or calm the controller"
+    else:
+        why, remedy = "thrusters can hardly follow that", "Calm the controller"
+    return [
+        f"{subject} jump from each sample to the next ({parts}): {why}, so what the thrusters gave is not known, and "
+        f"neither masses nor causes there can be relied on. {remedy}."
+    ]
+
+
+def _jumping(commands: Array) -> list[int]:
+    """Columns of commands (n, k), all in one unit, that are hardly like those of the sample before, and not small."""
+    known = [column[np.isfinite(column)] for column in commands.T]
+    moved = [column - column.mean() if len(column) > 1 else np.zeros(1) for column in known]
+    sizes = np.array([np.std(column) for column in moved])
+    like = np.array([np.sum(c[1:] * c[:-1]) / max(float(np.sum(c**2)), 1e-300) for c in moved])
+    jump = (sizes > 0) & (sizes >= LEAST_JUMPS * sizes.max(initial=0.0)) & (like < SMOOTH)
+    return np.flatnonzero(jump).tolist()
 
 
 def never_armed(dive: Dive) -> bool:

@@ -161,17 +161,20 @@ def _remainder(diagnosis: Diagnosis) -> str:
 
 
 def _unexplained(diagnosis: Diagnosis, whole: str) -> str:
-    """Location and character of the unexplained remainder; it lies in the degrees of freedom in which it acts."""
+    """Location and character of the unexplained remainder. It lies in the degrees of freedom in which it acts,
+    without a phase where the gap has no share in them."""
     gap = diagnosis.gap
     if gap.unexplained_where:
         gap = replace(gap, where=gap.unexplained_where, slices=())
     if diagnosis.character is None:
         return where_sentence(gap, whole)
-    of_it = [item for item in gap.where if item.dof in diagnosis.character.dof]
+    acts_in = diagnosis.character.dof
+    of_it = [item for item in gap.where if item.dof in acts_in]
     total = sum(item.share for item in of_it)
     if total > 0:
         gap = replace(gap, where=tuple(replace(item, share=item.share / total) for item in of_it))
-    return f"{where_sentence(gap, whole)}; {_character_clause(diagnosis.character)}"
+    lies = where_sentence(gap, whole) if total > 0 or not acts_in else f"{whole} lies in {listed(acts_in)}"
+    return f"{lies}; {_character_clause(diagnosis.character)}"
 
 
 def sorted_by_likelihood(findings: Sequence[Finding]) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:

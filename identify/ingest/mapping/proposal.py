@@ -328,13 +328,15 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         if dates:
             return TimeColumn(dates[0], ISO), f"No column is named a time; '{dates[0]}' holds dates."
         rising = [
-            (field, unit)
+            (-_evenness(stream.columns[field]), COARSEST_FIRST.index(unit), field)
             for stream in streams
             for field in stream.columns
             if (unit := ends_in_time_unit(field)) and _rises(stream.columns[field])
         ]
         if rising:
-            field, unit = min(rising, key=lambda each: COARSEST_FIRST.index(each[1]))
+            # Of names for m/s, some end as milliseconds do.
+            _, coarseness, field = min(rising, key=lambda each: each[:2])
+            unit = COARSEST_FIRST[coarseness]
             reason = f"No column is named a time; '{field}' rises throughout, and ends in {unit}."
             return TimeColumn(field, unit), reason
         raise LogError(
@@ -348,7 +350,7 @@ def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         return counts[field], -TIME_FIRST.index(plain) if plain in TIME_FIRST else -len(TIME_FIRST)
 
     column = max(counts, key=worth)
-    back = [s.name for s in streams if STAMP in s.columns and not _rises(s.columns[STAMP])]
+    back = [s.name for s in streams if STAMP in s.columns and _falls_back(s.columns[STAMP])]
     if column == RECEIVED and back:
         return TimeColumn(RECEIVED, "s"), (
             f"The header times of {listed(back)} fall back from message to message, so the log's are taken, which are "
@@ -412,6 +414,18 @@ def _rises(time: Array) -> bool:
     known = time[np.isfinite(time)]
     steps = np.diff(known)
     return len(steps) > 0 and float(np.mean(steps >= 0)) >= LEAST_RISING and known[-1] > known[0]
+
+
+def _falls_back(time: Array) -> bool:
+    """Whether times fall so often that they do not rise; times that stand still, or a single one, fall nowhere."""
+    return not _rises(time) and bool(np.any(np.diff(time[np.isfinite(time)]) < 0))
+
+
+def _evenness(time: Array) -> float:
+    """Share of the steps of rising times (n,) that are the usual one or nearly, in tenths: clocks stumble at times."""
+    steps = np.diff(time[np.isfinite(time)])
+    usual = float(np.median(steps))
+    return round(float(np.mean(np.abs(steps - usual) < 0.5 * usual)), 1)
 
 
 def _agreed_angles(

@@ -80,7 +80,9 @@ def unit_of(signal: str, values: Array) -> Guess:
             return Guess("deg/s", f"Rates of turn reach {largest:.3g}, so they are degrees a second.")
         case "gyro" | "fog":
             taken = f"Rates of turn stay within {largest:.2g}: taken for radians a second."
-            return Guess("rad/s", f"{taken}{_as_an_angle(values)}", False)
+            # The three of an attitude may be called angular; nobody calls a heading a fibre-optic gyro.
+            angle = _as_an_angle(values) if values.shape[1] == 3 else ""
+            return Guess("rad/s", f"{taken}{angle}", False)
         case "velocity" if largest > LARGEST_SPEED_M_S:
             unit = "cm/s" if largest < 100 * LARGEST_SPEED_M_S / 4 else "mm/s"
             return Guess(unit, f"Velocities reach {largest:.3g}, so they are taken for {unit}.", False)

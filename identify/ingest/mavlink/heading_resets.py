@@ -34,13 +34,13 @@ def without_heading_resets(dive: Dive) -> Dive:
     if dive.attitude is None or dive.gyro is None or dive.gyro.rate_hz < SLOWEST_HZ or len(dive.attitude) < 3:
         return dive
     attitude = dive.attitude
-    unturned = _unturned(attitude, dive.gyro)
+    turned, unsure = _turned_by(dive.gyro, attitude)
+    unturned = _less(attitude, turned)
     if not np.isfinite(unturned).any():
         return dive
     # A gyro's bias is no reset.
     beyond = np.abs(unturned - np.nanmedian(unturned))
     usual = 1.4826 * float(np.nanmedian(beyond))
-    unsure = _quickening(attitude, dive.gyro)
     reset = (beyond > max(LEAST_RAD, FAR * usual) + unsure) & (np.diff(attitude.time_s) < LONGEST_S)
     if not 0 < np.count_nonzero(reset) <= MOST * len(reset):
         return dive
@@ -54,21 +54,30 @@ def without_heading_resets(dive: Dive) -> Dive:
     return replace(dive, attitude=Signal(attitude.time_s, value), notes=(*dive.notes, note))
 
 
-def _unturned(attitude: Signal, gyro: Signal) -> Array:
-    """Change (n - 1,) of the heading from each attitude to the next less that by the gyro, rad, between -pi and pi;
-    NaN where unknown."""
-    before, after = attitude.value[:-1], attitude.value[1:]
-    middle_s, step_s = 0.5 * (attitude.time_s[1:] + attitude.time_s[:-1]), np.diff(attitude.time_s)
-    turned = _heading_rate(attitude, gyro, middle_s) * step_s
-    change = euler_angles(after)[2] - euler_angles(before)[2] - turned
+def _less(attitude: Signal, turned: Array) -> Array:
+    """Change (n - 1,) of the heading from each attitude to the next less a turn, rad, between -pi and pi."""
+    change = np.diff(euler_angles(attitude.value)[2]) - turned
     return np.asarray(np.arctan2(np.sin(change), np.cos(change)))
 
 
-def _quickening(attitude: Signal, gyro: Signal) -> Array:
-    """Most (n - 1,) by which the turn from each attitude to the next may differ from that at the rate in its middle,
-    rad, for a rate that rises or falls between the two at any time; 0 where unknown."""
-    rates = _heading_rate(attitude, gyro, attitude.time_s)
-    return np.asarray(np.nan_to_num(0.5 * np.abs(np.diff(rates)) * np.diff(attitude.time_s)))
+def _turned_by(gyro: Signal, attitude: Signal) -> tuple[Array, Array]:
+    """Turn of the heading (n - 1,) by the gyro from each attitude to the next, rad, NaN where unknown; and the most by
+    which it may be off, for a rate that rises or falls between two readings of the gyro at any time."""
+    time_s = np.unique(np.concatenate((attitude.time_s, gyro.time_s)))
+    middle_s = 0.5 * (time_s[1:] + time_s[:-1])
+    rates = _heading_rate(attitude, gyro, time_s)
+    turned = 0.5 * (rates[1:] + rates[:-1]) * np.diff(time_s)
+    read = _heading_rate(attitude, gyro, gyro.time_s)
+    # Nothing is known of the rate before the first reading and after the last.
+    off = np.pad(0.5 * np.abs(np.diff(read)) * np.diff(gyro.time_s), 1)
+    off = np.nan_to_num(off)[np.searchsorted(gyro.time_s, middle_s)]
+    step = np.searchsorted(attitude.time_s, middle_s) - 1
+    inside = (step >= 0) & (step < len(attitude) - 1)
+    turn, most = (
+        np.bincount(step[inside], each[inside], minlength=len(attitude) - 1).astype(np.float64)
+        for each in (turned, off)
+    )
+    return turn, most
 
 
 def _heading_rate(attitude: Signal, gyro: Signal, time_s: Array) -> Array:
