@@ -12,10 +12,11 @@ from identify.words import axes_named, listed
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
-SMOOTH = 0.5
-"""Autocorrelation of commands over one sample below which they jump from each sample to the next."""
-LEAST_JUMPS = 0.1
-"""Least standard deviation of commands that jump, over the largest of an output in the same unit."""
+FLIPS = -0.1
+"""Autocorrelation of commands over one sample below which they flip from each sample to the next. A loop that answers a
+sensor's noise comes to 0.3."""
+LEAST_FLIPS = 0.1
+"""Least standard deviation of commands that flip, over the largest of an output in the same unit."""
 
 
 def missing_signals(dive: Dive) -> tuple[str, ...]:
@@ -88,7 +89,7 @@ def _forces(dive: Dive) -> list[str]:
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them where a "
             "faster loop sends them: what they do there is taken for a noise then. Record them at 20 Hz or more."
         )
-    notes += _jumps(dive, signal)
+    notes += _flips(dive, signal)
     hole = longest_gap_s(signal.time_s)
     if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
         notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
@@ -97,35 +98,31 @@ def _forces(dive: Dive) -> list[str]:
     return notes
 
 
-def _jumps(dive: Dive, commands: Signal) -> list[str]:
-    """A sentence on thruster commands, or on the wrench in their place, that jump from each sample to the next."""
+def _flips(dive: Dive, commands: Signal) -> list[str]:
+    """A sentence on thruster commands, or on the wrench in their place, that flip from each sample to the next."""
     if commands is dive.tau_cmd:
-        moments = [3 + dof for dof in _jumping(commands.value[:, 3:])]
-        if not (dofs := [*_jumping(commands.value[:, :3]), *moments]):
+        moments = [3 + dof for dof in _flipping(commands.value[:, 3:])]
+        if not (dofs := [*_flipping(commands.value[:, :3]), *moments]):
             return []
         subject, parts = "Commanded forces", axes_named(dofs)
     else:
-        if not (outputs := [str(k + 1) for k in _jumping(commands.value)]):
+        if not (outputs := [str(k + 1) for k in _flipping(commands.value)]):
             return []
         subject, parts = "Thruster commands", f"output {listed(outputs)}"
-    if unknown_between(dive, commands):
-        why, remedy = "they change faster than they are logged", "Log them faster, or calm the controller"
-    else:
-        why, remedy = "thrusters can hardly follow that", "Calm the controller"
     return [
-        f"{subject} jump from each sample to the next ({parts}): {why}, so what the thrusters gave is not known, and "
-        f"neither masses nor causes there can be relied on. {remedy}."
+        f"{subject} flip from each sample to the next ({parts}): thrusters can hardly follow that, so what they gave "
+        "is not known, and neither masses nor causes there can be relied on. Calm the controller."
     ]
 
 
-def _jumping(commands: Array) -> list[int]:
-    """Columns of commands (n, k), all in one unit, that are hardly like those of the sample before, and not small."""
+def _flipping(commands: Array) -> list[int]:
+    """Columns of commands (n, k), all in one unit, that go the other way at each sample, and are not small."""
     known = [column[np.isfinite(column)] for column in commands.T]
     moved = [column - column.mean() if len(column) > 1 else np.zeros(1) for column in known]
     sizes = np.array([np.std(column) for column in moved])
     like = np.array([np.sum(c[1:] * c[:-1]) / max(float(np.sum(c**2)), 1e-300) for c in moved])
-    jump = (sizes > 0) & (sizes >= LEAST_JUMPS * sizes.max(initial=0.0)) & (like < SMOOTH)
-    return np.flatnonzero(jump).tolist()
+    flip = (sizes > 0) & (sizes >= LEAST_FLIPS * sizes.max(initial=0.0)) & (like < FLIPS)
+    return np.flatnonzero(flip).tolist()
 
 
 def never_armed(dive: Dive) -> bool:
