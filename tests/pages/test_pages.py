@@ -68,7 +68,7 @@ PAGE = re.sub(
         f"{1 - shrink.CHANCE:g} to {1 + shrink.CHANCE:g} by chance",
         f"The best {ranking.WEIGHED} are weighed",
         f"pieces of {regression.PIECE_S:.0f} s in {evidence.FOLDS} folds",
-        f"by more than {requirement.LEAST_GAIN:.0f} nats ({requirement.LEAST_SEA_GAIN:.0f} for a sea",
+        f"by more than {requirement.LEAST_GAIN:.0f} nats ({requirement.LEAST_TIMED_GAIN:.0f} for a sea",
         f"by Wald's test at {100 * confidence.LEAST_CONFIDENCE:.0f} %",
         rf"P = {findings.MOST_PROBABLE}\,\frac{{m}}{{m + {findings.HALF_NATS:.0f}}}",
         f"Under {100 * shrunk.LIKELY:.0f} % a cause",

@@ -6,7 +6,7 @@ then disagree on a parameter. The variance between parts beyond their noise is a
 
 The wider interval decides presence: a cause that may as well be absent by it is dropped, because the remainder of
 another cause's form looks like that. A sea is exempt. Its lines beat, so parts of a dive always disagree, and
-held-out gain decides instead (`requirement.LEAST_SEA_GAIN`). A lone cause is no other's remainder: it stays if one
+held-out gain decides instead (`requirement.LEAST_TIMED_GAIN`). A lone cause is no other's remainder: it stays if one
 value in all parts explains nearly as much as a value in each.
 """
 

@@ -7,8 +7,9 @@ from identify.diagnose.causes.weighing import Fitted
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and standard errors of them, that a further cause must save among some forty candidates."""
 
-LEAST_SEA_GAIN = 20.0
-"""Nats that a sea must save: its periods were read off the whole dive, held-out pieces included."""
+LEAST_TIMED_GAIN = 20.0
+"""Nats that a sea, or a cause that begins within the dive, must save: its periods or its time were read off the whole
+dive, held-out pieces included."""
 
 LEAST_SHARE = 0.01
 """Share of the nats saved by earlier causes, in the axes and pieces they share, that a further cause must exceed.
@@ -70,7 +71,7 @@ def shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
 
 
 def least_gain(cause: Cause) -> float:
-    return LEAST_SEA_GAIN if cause.effect.sea else LEAST_GAIN
+    return LEAST_TIMED_GAIN if cause.effect.sea or cause.effect.since_s else LEAST_GAIN
 
 
 def nats_apart(fit: Fitted, others: Fitted) -> float:
