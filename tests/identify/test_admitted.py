@@ -126,7 +126,7 @@ def test_letting_in_a_lateness_of_any_size_moves_the_mass_to_the_truth():
     admission = admitted(fit.joint, fit.theta, (), [SURGE], UNTIMED)
     off = np.log(closed_loop.MASS) - fit.log_value[SURGE]
     assert abs(off) > 0.05
-    # A linear step over so large a lateness goes the right way, and half as far again.
+    # A lag is let in where the thrust has a delay: it goes the right way, and half as far again.
     assert off < 0.0
     assert 1.0 < admission.shift[SURGE] / off < 1.6
 

@@ -9,7 +9,6 @@ import pytest
 
 from identify.dive import Signal
 from identify.estimators.axes.build import build_axes
-from identify.estimators.likelihood.axis import MOST_WILD
 from identify.estimators.likelihood.fit import fit_axes
 
 FILE = closed_loop.vehicle_file()
@@ -68,5 +67,5 @@ def test_spikes_in_a_dive_with_such_a_motion_are_left_out_all_the_same():
 
 
 def test_where_more_readings_are_wild_than_a_sensor_has_spikes_all_are_kept():
-    dive, _ = with_spikes(closed_loop.dive(np.random.default_rng(7)), round(0.5 / MOST_WILD), 0.5)
+    dive, _ = with_spikes(closed_loop.dive(np.random.default_rng(7)), 25, 0.5)
     assert len(left_out(dive)) == 0

@@ -61,14 +61,17 @@ def switch_off(arguments: argparse.Namespace, link: Link, clock: Clock, opener: 
     def line_on(link: Link) -> SwitchLink:
         return SwitchLink(link, clock, switch, arguments.system, tell)
 
-    with Progress(words, switch, clock, arguments.seconds) as course:
+    with Progress(words, switch, clock, arguments.seconds) as progress:
         try:
             drive_through_losses(
-                line_on(link), course.over, lambda: line_on(links.link_for(arguments.link, opener.open)), tell
+                line_on(link),
+                progress.over,
+                lambda: line_on(links.link_for(arguments.link, opener.open)),
+                tell,
             )
         except KeyboardInterrupt:
-            course.stopped = True
-    return course.outcome(arguments.json)
+            progress.stopped = True
+    return progress.outcome(arguments.json)
 
 
 def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock) -> int:
@@ -86,11 +89,11 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
         if switch.twins:
             raise LinkError(switch.twins)
         switch.overruled = switch.overruled or orders.given(system)
-        return course.over() or bool(switch.refusal)
+        return progress.over() or bool(switch.refusal)
 
-    with Progress(words, switch, clock, arguments.seconds or PATIENCE_S) as course:
+    with Progress(words, switch, clock, arguments.seconds or PATIENCE_S) as progress:
         drive(line, over)
-    return course.outcome(arguments.json)
+    return progress.outcome(arguments.json)
 
 
 def permitted(

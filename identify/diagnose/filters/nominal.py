@@ -38,9 +38,10 @@ from identify.effects.effect import Act
 from identify.estimators.axes.axis import Axes, Axis
 from identify.estimators.axes.motion import Motion
 from identify.estimators.filter.state import POSITION
-from identify.estimators.likelihood.axis import DAMPING, GATE_SIGMA, MASS, TIME_CONSTANT, AxisLikelihood
+from identify.estimators.likelihood.axis import DAMPING, MASS, TIME_CONSTANT, AxisLikelihood
 from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood
 from identify.estimators.likelihood.scoring import climb
+from identify.estimators.likelihood.spikes import GATE_SIGMA
 from identify.estimators.likelihood.start import start_of
 from identify.estimators.timing.autopilot_velocity import dated, dated_back
 from identify.estimators.timing.lateness import behind_filter

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from identify.estimators.filter.innovations import (
 from identify.estimators.filter.state import NO_STEP
 from identify.estimators.filter.transitions import transitions
 from identify.estimators.likelihood.scoring import Maximum
+from identify.estimators.likelihood.spikes import LARGEST_SHARE, spikes
 
 MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
 COLOURED_S = 1.0
@@ -36,15 +37,6 @@ with a larger one."""
 
 RUNAWAY = 1e3
 """m/s or rad/s that no vehicle reaches."""
-
-GATE_SIGMA = 6.0
-"""A reading is wild if it is off the fit's expectation by more than this many standard deviations."""
-
-MOST_WILD = 0.02
-"""Largest share of an axis's readings that may be a sensor's spikes; if there are more, the model is to blame."""
-
-RECOVERED, BURST = 5, 3
-"""Readings as expected after which a wild one is judged by itself; wild ones in a row that may be a single spike's."""
 
 
 @dataclass(frozen=True)
@@ -377,58 +369,15 @@ class AxisLikelihood:
         )  # fmt: skip
         return error, variance, gain
 
-    def without_wild(self, theta: Array) -> Array:
+    def without_spikes(self, theta: Array) -> Array:
         """The readings (n,) with a sensor's spikes at `theta` replaced by NaN; as they are if too many would be left
         out."""
-        without = self.filtered(theta, GATE_SIGMA)
-        wild = np.abs(without[0]) >= GATE_SIGMA * np.sqrt(without[1]) * (1 - 1e-12)
-        if not wild.any():
+        axis, read = self.axis, np.isfinite(self.axis.reading)
+        found = spikes(partial(self.filtered, theta), axis.state_read, np.cumsum(axis.step < NO_STEP))
+        left_out = found | (read & ~np.isfinite(self.reading))
+        if left_out.sum() > LARGEST_SHARE * read.sum():
             return self.reading
-        spikes = wild & _foretold_better(wild, self._begins(wild), without, self.filtered(theta, np.inf))
-        read = np.isfinite(self.axis.reading)
-        left_out = spikes | (read & ~np.isfinite(self.reading))
-        if left_out.sum() > MOST_WILD * read.sum():
-            return self.reading
-        return np.where(spikes, np.nan, self.reading)
-
-    def _begins(self, wild: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """Which wild readings (n,) stand alone or begin a group: those in another run than the wild one before, or
-        after RECOVERED readings of its sensor that were as expected."""
-        at, run = np.flatnonzero(wild), np.cumsum(self.axis.step < NO_STEP)
-        read, kind = np.isfinite(self.reading), self.axis.state_read
-        out = np.zeros(len(wild), np.bool_)
-        out[at[0]] = True
-        for before, now in zip(at[:-1].tolist(), at[1:].tolist(), strict=True):
-            between = slice(before + 1, now)
-            expected = np.count_nonzero(read[between] & (kind[between] == kind[before]))
-            out[now] = run[now] != run[before] or expected >= RECOVERED
-        return out
-
-
-def _foretold_better(
-    wild: NDArray[np.bool_],
-    begins: NDArray[np.bool_],
-    without: tuple[Array, Array],
-    with_all: tuple[Array, Array],
-) -> NDArray[np.bool_]:
-    """Which wild readings (n,) are of a group, some of which `begins` (n,), after whose first BURST readings the filter
-    that leaves wild readings out foretells better than the filter that takes them.
-
-    After a spike it does. In a motion that the model lacks it falls further behind with every reading. A group that
-    nothing follows counts as a spike.
-
-    without, with_all: innovations and variances (n,) of the two filters. Neither pays more for a reading than for one
-    at the gate, so that no single one decides.
-    """
-    group, count = np.cumsum(begins), np.cumsum(wild)
-    before = np.maximum.accumulate(np.where(begins, count - 1, 0))
-    first = wild & (count - before <= BURST)
-    nats = [
-        -0.5 * np.nan_to_num(np.minimum(error**2 / variance, GATE_SIGMA**2) + np.log(variance))
-        for error, variance in (without, with_all)
-    ]
-    better = np.bincount(group, np.where(first, 0.0, nats[0] - nats[1])) >= 0
-    return np.asarray(wild & better[group])
+        return np.where(found, np.nan, self.reading)
 
 
 @dataclass(frozen=True)

@@ -161,7 +161,7 @@ class JointLikelihood:
 
     def with_better_forces(self, motion: Motion, theta: Array) -> "JointLikelihood":
         """Return the same likelihood with Coriolis forces from the velocities at theta, and without the readings that
-        are spikes there (`AxisLikelihood.without_wild`).
+        are spikes there (`AxisLikelihood.without_spikes`).
 
         `motion` gives the velocities of axes that are not fitted.
         """
@@ -183,7 +183,7 @@ class JointLikelihood:
             moving = problems[i].moving(
                 better, 0.5 * (axis.speed + speed), 0.5 * (axis.before_filter + before_filter)
             )
-            return replace(moving, reading=problems[i].without_wild(parameters[i]))
+            return replace(moving, reading=problems[i].without_spikes(parameters[i]))
 
         return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)), self._readings)))
 

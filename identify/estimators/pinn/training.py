@@ -20,8 +20,8 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes.axis import Axes
-from identify.estimators.likelihood.axis import MOST_WILD
 from identify.estimators.likelihood.priors import DISTURBANCE_SHARE, TIME_S, rigid_mass
+from identify.estimators.likelihood.spikes import LARGEST_SHARE
 from identify.estimators.likelihood.start import StartFit, StartValues, start_of
 from identify.estimators.pinn.equations import Equations, equations
 from identify.estimators.pinn.layout import Layout, lay_out
@@ -376,7 +376,7 @@ def _trained(task: Task) -> tuple[Trainer, Trained]:
 def _wild(trainer: Trainer, point: Point) -> Tensor:
     """The readings (N, C) that are a sensor's errors; none if there are so many that the model must be wrong."""
     wild_readings = wild(trainer.data, trainer.map_, point.raw, point.noise, point.equations.state)
-    return wild_readings & (wild_readings.sum() <= MOST_WILD * trainer.data.known.sum())
+    return wild_readings & (wild_readings.sum() <= LARGEST_SHARE * trainer.data.known.sum())
 
 
 def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 
-from bridge.arrays import Array
 from bridge.errors import LogError
 from identify.checks.mapping.first_mapping import mends
 from identify.checks.mapping.frames import EAST_FIRST, UP, earth_mends
@@ -15,33 +14,25 @@ from identify.checks.mapping.mend import FLU, Mend
 from identify.checks.sensors.correlation import CLEAR, Match
 from identify.checks.sensors.sensor_pairs import agreeing, turn_match
 from identify.dive import Dive
-from identify.ingest.files.clock import iso_s
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.mapping.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
 from identify.ingest.mapping.column_map import (
     BODY,
     EARTH,
-    ISO,
     NOTHING,
-    OF_DAY,
     TIME_UNITS,
     ColumnMap,
     Columns,
     TimeColumn,
 )
-from identify.ingest.mapping.names import ends_in_time_unit, snake, time_unit
 from identify.ingest.mapping.profiles import Profile, profiles
-from identify.ingest.mapping.ranges import time_unit_of
 from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
+from identify.ingest.mapping.time_column import time_column
 from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
-from identify.words import listed
 
-LEAST_RISING = 0.95
 MOST_OFF = 3.0
 """Ratio of two rates of turn up to which they may be in one unit; degrees and radians are 57 apart."""
-TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
-COARSEST_FIRST = ("s", "ms", "us", "ns")
 OLD_S = 0.2
 """Headers of a topic that are older than those of another by this much raise a question."""
 
@@ -90,7 +81,7 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
 
     Raises LogError if no column is a time; NothingKnown if no other column is known by its name.
     """
-    time, time_reason = _time(streams, path)
+    time, time_reason = time_column(streams, path)
     apart = _on_two_clocks(streams, time)
     logged = all(RECEIVED in stream.columns for stream in streams)
     if apart and logged and not _on_two_clocks(streams, TimeColumn(RECEIVED, "s")):
@@ -301,131 +292,6 @@ def _without_common_time(
     ]
     for said, _ in apart_in_time(_spans(used, time)):
         yield f"{said}: {NOTHING_IN_COMMON}. No signal of one was held against one of the other."
-
-
-def _time(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
-    """The time column of most streams, with its unit, and the reason if its name doesn't say."""
-    counts: dict[str, int] = {}
-    for stream in streams:
-        for field in (*stream.columns, *stream.text):
-            is_time, _ = time_unit(field)
-            if is_time and (field in stream.text or _rises(stream.columns[field])):
-                counts[field] = counts.get(field, 0) + 1
-    if not any(len(cells) for stream in streams for cells in stream.columns.values()):
-        raise LogError("holds no rows of numbers; give a log with samples", path)
-    if not counts:
-        names = sorted({field for stream in streams for field in stream.columns})
-        back = [name for name in names if time_unit(name)[0]]
-        if back and (still := _of_one_moment(streams, back[0])):
-            raise LogError(still, path)
-        if back:
-            raise LogError(
-                f"its times in '{back[0]}' do not rise, as where several runs stand in one table; give each "
-                "run a file of its own, or a column with its number",
-                path,
-            )
-        dates = [field for stream in streams for field, words in stream.text.items() if _are_dates(words)]
-        if dates:
-            return TimeColumn(dates[0], ISO), f"No column is named a time; '{dates[0]}' holds dates."
-        rising = [
-            (-_evenness(stream.columns[field]), COARSEST_FIRST.index(unit), field)
-            for stream in streams
-            for field in stream.columns
-            if (unit := ends_in_time_unit(field)) and _rises(stream.columns[field])
-        ]
-        if rising:
-            # Of names for m/s, some end as milliseconds do.
-            _, coarseness, field = min(rising, key=lambda each: each[:2])
-            unit = COARSEST_FIRST[coarseness]
-            reason = f"No column is named a time; '{field}' rises throughout, and ends in {unit}."
-            return TimeColumn(field, unit), reason
-        raise LogError(
-            f"no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds, or write the column "
-            "map by hand, as docs/howto/bring_your_own_log.md shows",
-            path,
-        )
-
-    def worth(field: str) -> tuple[int, int]:
-        plain = snake(field)
-        return counts[field], -TIME_FIRST.index(plain) if plain in TIME_FIRST else -len(TIME_FIRST)
-
-    column = max(counts, key=worth)
-    back = [s.name for s in streams if STAMP in s.columns and _falls_back(s.columns[STAMP])]
-    if column == RECEIVED and back:
-        return TimeColumn(RECEIVED, "s"), (
-            f"The header times of {listed(back)} fall back from message to message, so the log's are taken, which are "
-            f"later by what the way takes; if messages only overtook each other, '{STAMP}' is right."
-        )
-    unit = time_unit(column)[1]
-    values = [stream.columns[column] for stream in streams if column in stream.columns]
-    if not values:
-        return TimeColumn(column, ISO), ""
-    if unit:
-        return TimeColumn(column, unit), ""
-    longest = max(values, key=len)
-    if _is_time_of_day(longest):
-        return _of_day(column)
-    unit, is_telling = time_unit_of(longest)
-    return TimeColumn(
-        column, unit
-    ), "" if is_telling else f"By the steps of '{column}', its unit is {unit}; check it."
-
-
-def _are_dates(words: Sequence[str]) -> bool:
-    """Whether a column of words holds times that rise, as ISO 8601 writes them."""
-    try:
-        return _rises(iso_s(words))
-    except ValueError:
-        return False
-
-
-def _of_one_moment(streams: Sequence[Stream], time: str) -> str:
-    """Fault of a file in which time stands still, and the remedy; "" if time passes in a stream."""
-    clocks = [stream.columns[time] for stream in streams if time in stream.columns]
-    if any(np.ptp(known) > 0 for cells in clocks if len(known := cells[np.isfinite(cells)])):
-        return ""
-    rows = max(map(len, clocks))
-    if rows < 2:
-        held = "one message of each topic" if streams[0].name else "one row alone"
-        return f"holds {held}, and a motion takes many; if it was cut short, give the whole recording"
-    return f"its clock '{time}' stands still in all {rows} rows; name the column that is the time `time`, in seconds"
-
-
-def of_day(streams: Sequence[Stream], time: TimeColumn) -> tuple[TimeColumn, str] | None:
-    """The time column of several runs if it is the time of day, and the reason; one run may be too short to tell."""
-    clocks = [stream.columns[time.column] for stream in streams if time.column in stream.columns]
-    if not clocks or time_unit(time.column)[1] or not all(map(_is_time_of_day, clocks)):
-        return None
-    return _of_day(time.column)
-
-
-def _of_day(column: str) -> tuple[TimeColumn, str]:
-    return TimeColumn(column, OF_DAY), f"'{column}' counts to 59 and on from 100, so it is the time of day."
-
-
-def _is_time_of_day(time: Array) -> bool:
-    """Whether times are hours, minutes and seconds as one number, which steps from 59 to 100."""
-    known = time[np.isfinite(time)]
-    sixty = (known % 100 < 60).all() and (known // 100 % 100 < 60).all()
-    return bool(sixty and (known == np.rint(known)).all() and np.isin(np.diff(known), (41, 4041)).any())
-
-
-def _rises(time: Array) -> bool:
-    known = time[np.isfinite(time)]
-    steps = np.diff(known)
-    return len(steps) > 0 and float(np.mean(steps >= 0)) >= LEAST_RISING and known[-1] > known[0]
-
-
-def _falls_back(time: Array) -> bool:
-    """Whether times fall so often that they do not rise; times that stand still, or a single one, fall nowhere."""
-    return not _rises(time) and bool(np.any(np.diff(time[np.isfinite(time)]) < 0))
-
-
-def _evenness(time: Array) -> float:
-    """Share of the steps of rising times (n,) that are the usual one or nearly, in tenths: clocks stumble at times."""
-    steps = np.diff(time[np.isfinite(time)])
-    usual = float(np.median(steps))
-    return round(float(np.mean(np.abs(steps - usual) < 0.5 * usual)), 1)
 
 
 def _agreed_angles(

@@ -13,7 +13,8 @@ from identify.ingest.files.streams import Stream, some_of
 from identify.ingest.mapping.candidates import SIGNALS, Choice, Confidence
 from identify.ingest.mapping.column_map import Columns, RunColumn
 from identify.ingest.mapping.profiles import profiles
-from identify.ingest.mapping.proposal import Proposal, map_of, of_day, propose_single
+from identify.ingest.mapping.proposal import Proposal, map_of, propose_single
+from identify.ingest.mapping.time_column import of_day
 from identify.words import listed
 
 MOST_ASKED = 12
