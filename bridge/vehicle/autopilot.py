@@ -24,6 +24,7 @@ from bridge.wire.status_codes import Topic, coded
 RATE_HZ = 20.0
 HOLD_AFTER_S = 5.0  # long enough for a DVL to regain bottom lock
 REFERENCE_STALE_S = 0.5  # ten ticks: long enough for a planner in another process to catch up
+PAUSE_S = 1.0  # after a longer one, as between two flights, nothing of the flight before holds
 NO_ARM = 1e-6
 
 
@@ -71,6 +72,9 @@ class Autopilot:
 
     An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the pushed wrench itself,
     within their reach. A push that is not finite is ignored, and the controller keeps the axis.
+
+    It begins anew, as after `rest`, where it was not stepped for longer than `PAUSE_S`: a program that does not call
+    `rest` between two flights must not have the time between them integrated.
 
     `unproven` says why the mode may not be raised while armed: shadow flight has not shown the feed-forward to be
     good.
@@ -124,7 +128,10 @@ class Autopilot:
             self._begun_s = time_s
         lost = self._lost(time_s, navigation, reference)
         pushes, no_pushes = _pushes(reference.push, self._reach)
-        dt_s = time_s - self._time_s if self._time_s == self._time_s else 1 / RATE_HZ
+        dt_s = time_s - self._time_s
+        if not dt_s <= PAUSE_S:
+            self._begin_anew()
+            dt_s = 1 / RATE_HZ
         self._time_s = time_s
         known = known_at(navigation, time_s)
         self._trail.add(time_s, reference)
@@ -178,11 +185,7 @@ class Autopilot:
         """Return the tick of a disarmed vehicle: neutral pulses, integrals reset; the feed-forward is computed, not
         applied."""
         self._time_s, self._begun_s = time_s, math.nan
-        self._saturated = False
-        self._controller.reset(range(6))
-        self._lead.reset()
-        self._slope.reset()
-        self._onset.step(False, 0.0)
+        self._begin_anew()
         self._model.shadow.begin_anew()
         term = self._feedforward(time_s, reference)
         self._faults.report((*term.faults, *self._without))
@@ -192,6 +195,15 @@ class Autopilot:
     def unproven(self) -> str:
         """See `ModelInForce.unproven`."""
         return self._model.unproven()
+
+    def _begin_anew(self) -> None:
+        """Forget what the ticks before have left."""
+        self._saturated = False
+        self._controller.reset(range(6))
+        self._lead.reset()
+        self._slope.reset()
+        self._onset.step(False, 0.0)
+        self._model.shadow.pause()
 
     def _obstacle(self, term: FeedForward, lame: bool, pushed: bool) -> str:
         """Why this tick is no evidence for or against the feed-forward, "" if it is."""

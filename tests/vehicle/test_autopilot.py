@@ -138,6 +138,18 @@ def test_coming_back_from_feedforward_alone_the_pid_starts_without_an_old_integr
     )
 
 
+@pytest.mark.parametrize("mode", Mode)
+def test_after_minutes_in_which_it_was_not_stepped_it_begins_as_a_fresh_one(mode):
+    """As between two flights: the pause is not integrated, and nothing of the flight before acts."""
+    pilot, fresh = autopilot(mode), autopilot(mode)
+    for step in range(100):
+        pilot.step(0.05 * step, heard(0.05 * step), ASK)
+    for time_s in (125.0, 125.05):
+        again, first = pilot.step(time_s, heard(time_s), ASK), fresh.step(time_s, heard(time_s), ASK)
+        assert again.tau_pid == pytest.approx(first.tau_pid)
+        assert again.pwm_us == pytest.approx(first.pwm_us)
+
+
 @pytest.mark.parametrize(
     ("sensor", "axes", "says"),
     [
