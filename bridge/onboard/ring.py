@@ -17,6 +17,7 @@ from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError, TakenAway
+from bridge.wire.readings import milliseconds
 from bridge.wire.segments import Segment, following, segments_in
 from bridge.wire.tlog import STAMP_BYTES, TlogWriter
 
@@ -144,7 +145,7 @@ class RingKeeper:
 
     def put(self, unix_us: int, boot_s: float, frames: Sequence[bytes]) -> None:
         """Take over complete frames that were sent at that time."""
-        boot_ms = round(boot_s * 1e3)
+        boot_ms = milliseconds(boot_s)
         with self._lock:
             for raw in frames:
                 self._waiting.append((unix_us, boot_ms, raw))

@@ -51,7 +51,7 @@ from bridge.vehicle.config import Vehicle
 from bridge.vehicle.navigation import Navigation, Navigator
 from bridge.vehicle.references import Reference
 from bridge.wire.framing import Encoder, Frame, decode
-from bridge.wire.readings import Reading, encode
+from bridge.wire.readings import Reading, encode, milliseconds
 from bridge.wire.status_codes import status_texts
 
 if TYPE_CHECKING:
@@ -319,7 +319,7 @@ class Bridge:
         self._send(Reading("veh_cfg", now_s, (float(self._veh_cfg),)))
         if self._ring is not None:
             boot_id = dialect.MAVLink_named_value_int_message(
-                round(now_s * 1e3), b"BOOT_ID", self._ring.identity
+                milliseconds(now_s), b"BOOT_ID", self._ring.identity
             )
             self._queue.append(self._encoder.encode(boot_id))
         battery = self._feedback.battery_reading(now_s)

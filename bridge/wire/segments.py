@@ -14,7 +14,8 @@ MOST_BOOTS: Final = 999_999
 
 @dataclass(frozen=True, order=True, slots=True)
 class Segment:
-    """One file: segment `number` of boot number `boot`, known by `identity`; begins at boot time `begins_ms`."""
+    """One file: segment `number` of boot number `boot`, known by `identity`; begins at boot time `begins_ms`, which
+    wraps as BOOT_ID's does."""
 
     boot: int
     identity: int

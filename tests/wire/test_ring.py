@@ -127,6 +127,22 @@ def test_what_the_ground_heard_is_what_the_ring_holds_byte_for_byte():
     assert b"".join(disk.records) == heard
 
 
+@pytest.mark.parametrize("days", [50.0, 120.0])
+def test_a_bridge_that_runs_for_months_goes_on_and_its_segments_begin_by_the_clock_of_its_boot_id(
+    tmp_path, days
+):
+    """Milliseconds of 32 bits wrap after 49.7 days, and 10 digits of them are passed after 115."""
+    clock = SimulatedClock()
+    ring = RingKeeper(RingFiles(tmp_path, SMALL, 7), clock)
+    rig = Rig(ring=ring)
+    clock.advance_to(days * 86_400.0)
+    (boot_id,) = (m for m in rig.step(clock.now_s) if m.get_type() == "NAMED_VALUE_INT")
+    ring.write_waiting()
+    ((segment, size),) = segments_in(tmp_path)
+    assert size > 0
+    assert segment.begins_ms == boot_id.time_boot_ms == days * 86_400_000 % 2**32
+
+
 def test_a_disk_that_stalls_never_holds_up_the_loop():
     stuck, go_on = threading.Event(), threading.Event()
 
