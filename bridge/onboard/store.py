@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Final
@@ -141,7 +142,6 @@ class Memory:
             if ours is not None and not self._fits(ours):
                 raise ParamError("stored parameters don't fit this vehicle file")
         except ParamError:
-            self._others = {}
             self.texts.append("stored parameters unusable, no set in force")
             self._put_aside(path)
             return
@@ -168,7 +168,7 @@ class Memory:
         )
 
     def _put_aside(self, path: Path) -> None:
-        """Rename a damaged file to a free name."""
+        """Rename a damaged file to a free name; the sets of other hulls that it holds stay where they were."""
         number = 1
         while (aside := path.with_name(f"{path.name}.damaged-{number}")).exists():
             number += 1
@@ -176,6 +176,9 @@ class Memory:
             os.replace(path, aside)
             self.texts.append(f"damaged file kept: {aside.name}"[:50])
             fate = f"can't be used and lie in {aside}"
+            if self._others:
+                with suppress(ParamError):  # then the next set is stored with them
+                    save(path, self._others)
         except OSError:
             self.texts.append("damaged parameter file can't be put aside")
             fate = "can't be used, nor put aside"

@@ -1,5 +1,6 @@
 """A set of coefficients flies on the hull alone on which it was committed, and is never lost."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -83,6 +84,22 @@ def test_a_fresh_upload_puts_it_right_and_each_hull_keeps_its_own_set_and_mode(p
         assert (again.active_crc, again.mode, again.take_texts()) == (ours, 0, [])
         again = boot(path, REBUILT)
         assert (again.active_crc, again.mode, again.take_texts()) == (theirs, 1, [])
+
+
+def test_a_set_that_fits_no_more_takes_none_of_another_hull_with_it(path):
+    """As after an update of the program that has other parameters."""
+    upload(boot(path), 80.0)
+    theirs = upload(boot(path, REBUILT), 90.0)
+    stored = json.loads(path.read_text())
+    stored["hulls"][hull_mark(OURS, path.parent)]["active"]["FF0_OLD"] = 1.0
+    path.write_text(json.dumps(stored))
+    ours = boot(path)
+    assert nothing_flies(ours)
+    assert ours.take_texts()[0] == "stored parameters unusable, no set in force"
+    assert "FF0_OLD" in path.with_name("parameters.json.damaged-1").read_text()
+    assert boot(path, REBUILT).active_crc == theirs
+    again = upload(ours, 81.0)
+    assert (boot(path).active_crc, boot(path, REBUILT).active_crc) == (again, theirs)
 
 
 def test_a_mode_that_is_set_meanwhile_loses_no_set_and_the_reason_is_said_again(path):
