@@ -64,10 +64,12 @@ class LockedTlogWriter(TlogWriter):
         self._hold()
 
     def close(self) -> None:
-        super().close()
-        if self._lock >= 0:
-            os.close(self._lock)
-        self._lock, self._is_held = -1, False
+        lock, self._lock, self._is_held = self._lock, -1, False
+        try:
+            super().close()
+        finally:
+            if lock >= 0:
+                os.close(lock)
 
     def _hold(self) -> None:
         """Lock the file now, or with the next `sync`: a program that checks it just now holds the lock for a moment."""

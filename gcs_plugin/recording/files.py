@@ -224,7 +224,7 @@ class RecordedFiles:
             given_up = self._given_up.popleft()
             with contextlib.suppress(LogError, OSError):
                 given_up.sync()
-            given_up.close()
+            _close(given_up)
         writer = self._writer
         if writer is None:
             return
@@ -246,7 +246,7 @@ class RecordedFiles:
         if self._sync_failure is not None:
             self._fail(self._sync_failure)
         if self._writer is not None:
-            self._writer.close()
+            _close(self._writer)
             self._writer = None
         self.sync()
 
@@ -288,3 +288,9 @@ class RecordedFiles:
     def _delay(self) -> None:
         self._retry_s = self._clock.boot_s() + self._retry_delay_s
         self._retry_delay_s = min(2 * self._retry_delay_s, RETRY_MAX_S)
+
+
+def _close(writer: Writer) -> None:
+    """Close a file that was synced: a network disk may fail once more here, with nothing left to lose."""
+    with contextlib.suppress(OSError):
+        writer.close()

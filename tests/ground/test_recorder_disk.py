@@ -1,5 +1,7 @@
 """The recorder and its disk: full, failing, or with its files deleted or moved."""
 
+import errno
+import os
 import shutil
 
 import pytest
@@ -9,6 +11,7 @@ from fakes.vehicle import FakeLink
 
 from bridge.clock import SimulatedClock
 from gcs_plugin.dives.folder import About, new_folder
+from gcs_plugin.locks import is_being_written
 from gcs_plugin.recording.recorder import Recorder
 
 
@@ -228,6 +231,27 @@ def test_a_folder_that_is_moved_keeps_its_frames_and_the_place_is_told(lake, tmp
     assert raws(*lake.folder.heard()) == sent[20:]
     assert lake.counts() == (10, 20)
     assert str(tmp_path / "aside" / "telemetry.tlog") in lake.sentences()[0]
+
+
+def test_a_disk_that_fails_even_as_a_file_is_closed_stops_no_sync_and_holds_no_lock(lake, monkeypatch):
+    """As a network disk does: the thread that syncs goes on, and so does the end of the recording."""
+    sent, close, first = frames_of(20), os.close, lake.folder
+
+    def fails(file):
+        close(file)
+        raise OSError(errno.EIO, "Input/output error")
+
+    lake.hear(sent[:10])
+    lake.recorder.go_on(lake.opener(lake.new()), lambda _: None)
+    lake.recorder.step(0.0)
+    with monkeypatch.context() as broken:
+        broken.setattr(os, "close", fails)
+        lake.hear(sent[10:])
+        lake.recorder.close()
+    dives = sorted(lake.root.iterdir())
+    assert raws(*(dive / "telemetry.tlog" for dive in dives)) == sent
+    assert dives[0] == first.path
+    assert not any(is_being_written(dive / "telemetry.tlog") for dive in dives)
 
 
 def test_frames_of_a_deleted_file_are_lost_in_their_own_dive_alone(lake):
