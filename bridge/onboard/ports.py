@@ -79,9 +79,10 @@ def run_ports(
     act: Callable[[], None] = lambda: None,
     open_bus: OpenBus = SmbusBus,
     rate_hz: float = RATE_HZ,
+    last: Callable[[], None] = lambda: None,
 ) -> None:
     """Read all devices in the vehicle file until `stop` is set; `act` runs before each step of the bridge, of which
-    there are `rate_hz` a second.
+    there are `rate_hz` a second, and `last` after the last of them, however that ended.
 
     A device without a port is reported and left out. Raises ConfigError if a port's name or a device's rate can't be
     used.
@@ -103,8 +104,12 @@ def run_ports(
         _work(bridge, clock, stop, inbox, act, rate_hz)
     finally:
         stop.set()
-        for thread in readers:
-            thread.join()
+        try:
+            # A port that is just being opened may take seconds to end.
+            last()
+        finally:
+            for thread in readers:
+                thread.join()
 
 
 def port_spec(device: Device) -> str:

@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -198,10 +199,8 @@ def run(arguments: argparse.Namespace) -> int:
         if companion is None:
             run_ports(bridge, vehicle, clock, stop)
             return
-        try:
-            run_ports(bridge, vehicle, clock, stop, rate_hz=COMPANION_HZ)
-        finally:
-            leave(bridge, companion, clock)
+        give_back = partial(leave, bridge, companion, clock)
+        run_ports(bridge, vehicle, clock, stop, rate_hz=COMPANION_HZ, last=give_back)
 
     def each(_: float) -> None:
         faults = bridge.link_faults | bridge.device_faults

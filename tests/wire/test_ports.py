@@ -205,6 +205,26 @@ def test_the_depth_sensor_is_asked_over_i2c_and_one_that_was_unplugged_comes_bac
     assert bus.closed == closed + 1
 
 
+def test_what_is_done_last_waits_for_no_port_that_is_still_being_opened():
+    """A companion gives the sticks back then, and a device on a network that is gone may hold its port for seconds."""
+    opening, given_back, in_time, stop = threading.Event(), threading.Event(), [], threading.Event()
+
+    def open_bus(_):
+        opening.set()
+        in_time.append(given_back.wait(5.0))
+        raise LinkError("nothing answers")
+
+    craft, clock = vehicle(depth=Device("bar30", port="1")), SystemClock()
+    bridge = Bridge(craft, clock, [], ParameterServer(None, vehicle_table(craft)))
+    options = {"open_bus": open_bus, "last": given_back.set}
+    loop = threading.Thread(target=run_ports, args=(bridge, craft, clock, stop), kwargs=options)
+    loop.start()
+    assert opening.wait(WITHIN_S)
+    stop.set()
+    loop.join(WITHIN_S)
+    assert in_time == [True]
+
+
 def test_a_bus_that_cannot_be_opened_is_told_and_the_rest_goes_on():
     with bridging(vehicle(depth=Device("bar30", port="1"))) as (_, ground, _):
         ground.text("/dev/i2c-1 can't be opened")
