@@ -156,6 +156,9 @@ class LiveGap:
         self._newest_s = max(self._newest_s, time_s)
         if all(map(math.isfinite, _wanted(reading))):
             samples.put(time_s, _wanted(reading))
+        # Without a model, or while a signal is silent, no second is judged that would drop them.
+        if samples.time_s and samples.time_s[0] < self._newest_s - 2 * KEPT_S:
+            samples.drop(self._newest_s - KEPT_S)
         if reading.signal == "dvl":
             self._go_on()
 
