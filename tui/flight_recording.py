@@ -6,6 +6,7 @@ flight's own, and afterwards in another.
 
 import os
 import shutil
+import threading
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -58,10 +59,15 @@ def recorded_crew(
 
 
 class RecordedHere:
-    """A flight whose link is recorded here, from the beginning."""
+    """A flight whose link is recorded here, from the beginning; a thread syncs the disk until `end`."""
 
     def __init__(self, crew: Crew, recorder: Recorder, folder: DiveFolder) -> None:
         self.crew, self._recorder, self._folder = crew, recorder, folder
+        self._over = threading.Event()
+        self._syncer = threading.Thread(
+            target=recorder.sync_until, args=(self._over,), name="recorder-sync", daemon=True
+        )
+        self._syncer.start()
 
     def begin(self) -> DiveFolder:
         """The folder of the flight that begins now."""
@@ -69,6 +75,8 @@ class RecordedHere:
 
     def end(self, words: str) -> None:
         """End the recording; `words` say how the flight went."""
+        self._over.set()
+        self._syncer.join()
         self._recorder.close()
         if self._recorder.kept.frames:
             self._folder.add_event(self.crew.clock.unix_s(), words)

@@ -4,6 +4,7 @@ import json
 import math
 import os
 import signal
+import threading
 import time
 from dataclasses import replace
 from pathlib import Path
@@ -35,7 +36,7 @@ from identify.identification import estimate
 from identify.planning.knowledge import widths
 from tui import cli
 from tui.commands import calibrate, fly
-from tui.flight_recording import recorded_crew
+from tui.flight_recording import RecordedHere, recorded_crew
 
 FILE = load_vehicle("ruvifist")
 QUICK = (Leg(1.0, push_surge_n=40.0), Leg(2.0, push_surge_n=-40.0, alternate=15), Leg(1.0, push_surge_n=40.0))
@@ -221,6 +222,16 @@ def test_a_ground_that_hears_nothing_any_more_gives_up_and_says_where_the_vehicl
         water.flight.outcome.words
         == "the vehicle is not heard any more; by its limits it goes back by itself"
     )
+
+
+def test_a_flight_that_is_recorded_here_is_put_on_the_disk_while_it_lasts(tmp_path):
+    """As any recording: a loss of power takes no more than its last half second."""
+    water, synced = Water(tmp_path, {}), threading.Event()
+    water.recorder.sync = synced.set
+    recording = RecordedHere(water.crew, water.recorder, water.folder)
+    assert synced.wait(30.0)
+    recording.end("flight: not begun")
+    assert not recording._syncer.is_alive()
 
 
 def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_path):
