@@ -122,6 +122,7 @@ class Crew:
         end_s = self.clock.boot_s() + FIND_S
         flying: set[Source] = set()
         heard: set[Source] = set()
+        said_veh_cfg: dict[Source, float] = {}
         while self.clock.boot_s() < end_s:
             for frame in self._step():
                 source = (frame.system, frame.component)
@@ -131,9 +132,7 @@ class Crew:
                     if reading is not None and reading.signal == "flight":
                         flying.add(source)
                     elif reading is not None and reading.signal == "veh_cfg":
-                        self.veh_cfg = reading.values[0]
-        if fault := self._peers.fault(system):
-            raise LinkError(fault)
+                        said_veh_cfg[source] = reading.values[0]
         if len(flying) > 1:
             raise LinkError(
                 f"{len(flying)} vehicles fly manoeuvres by themselves here; name one with --system"
@@ -147,6 +146,9 @@ class Crew:
         if not flying:
             raise LinkTimeout(f"no vehicle within {FIND_S:g} s; check cable, address and that it is on")
         vehicle = flying.pop()
+        if fault := self._peers.fault(vehicle[0]):
+            raise LinkError(fault)
+        self.veh_cfg = said_veh_cfg.get(vehicle)
         self._session = FlightSession(vehicle, number)
         return self._session
 
@@ -161,7 +163,7 @@ class Crew:
     @property
     def fault(self) -> str:
         """Two vehicles share the address, and both would obey; "" for one alone."""
-        return self._peers.fault()
+        return self._peers.fault(self.session.vehicle[0])
 
     def step(self) -> None:
         """Record, hear, and send all that is due."""

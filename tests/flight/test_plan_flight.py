@@ -17,10 +17,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge import reports
 from bridge.errors import ConfigError, LinkError, LinkLost
 from bridge.flight.flight import End, State
-from bridge.links.link import Link
+from bridge.links.link import Link, Wrapper
 from bridge.onboard.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
+from bridge.wire.framing import Encoder
+from bridge.wire.readings import Reading, encode
 from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
 from gcs_plugin.dives.folder import DiveFolder, new_folder
@@ -232,6 +234,36 @@ def test_a_flight_that_is_recorded_here_is_put_on_the_disk_while_it_lasts(tmp_pa
     assert synced.wait(30.0)
     recording.end("flight: not begun")
     assert not recording._syncer.is_alive()
+
+
+class Passing(Wrapper):
+    """A link on which two vehicles that fly nothing, in configuration 7, share the address of `system`."""
+
+    def __init__(self, link, system):
+        super().__init__(link)
+        self.twins = Encoder(system, 1), Encoder(system, 1)
+        for _ in range(64):
+            self.speak(self.twins[1])
+
+    @staticmethod
+    def speak(encoder):
+        beat = dialect.MAVLink_heartbeat_message(dialect.MAV_TYPE_SUBMARINE, 3, 0, 0, 4, 3)
+        return encoder.encode(beat) + encoder.frame(*encode(Reading("veh_cfg", 0.0, (7.0,))))
+
+    def read(self, timeout_s):
+        data = self._link.read(timeout_s)
+        return data + b"".join(map(self.speak, self.twins)) if timeout_s else data
+
+
+def test_what_other_vehicles_say_or_share_is_no_matter_of_a_flight(tmp_path):
+    link, clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
+    crew, _, _ = recorded_crew(Passing(link, 5), FILE, "hovering", tmp_path, clock, print)
+    assert crew.find(5).vehicle == (1, 1)
+    assert "system 5" in crew._peers.fault(5)
+    assert (crew.fault, crew.veh_cfg) == ("", 1.0)
+    crew, _, _ = recorded_crew(Passing(link, 1), FILE, "hovering", tmp_path, clock, print)
+    with pytest.raises(LinkError, match="two vehicles beat as system 1, component 1"):
+        crew.find(5)
 
 
 def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_path):
