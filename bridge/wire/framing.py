@@ -137,6 +137,8 @@ def find_magic(data: bytes, start: int, end: int) -> int:
 
 
 PAUSE_S: Final = 0.5
+STALL_S: Final = 5.0
+"""For so long a stream may stand still within a frame, as TCP does over a network that loses a segment."""
 
 
 class Framer:
@@ -155,11 +157,17 @@ class Framer:
         self._data_s = 0.0
 
     def hear(self, data: bytes, now_s: float) -> list[Frame]:
-        """As `feed`; without data for PAUSE_S also the frames that a broken start holds back."""
+        """As `feed`; without data for PAUSE_S also the frames that a broken start holds back.
+
+        The beginning of a frame that holds none back waits for its end, up to STALL_S.
+        """
         if data:
             self._data_s = now_s
             return self.feed(data)
-        return self.flush() if now_s - self._data_s >= PAUSE_S else []
+        paused_s = now_s - self._data_s
+        if not self._unparsed or paused_s < PAUSE_S or (paused_s < STALL_S and not self._holds_back()):
+            return []
+        return self.flush()
 
     def feed(self, data: bytes) -> list[Frame]:
         """Return the frames that `data` completes."""
@@ -168,6 +176,12 @@ class Framer:
     def flush(self) -> list[Frame]:
         """Return the frames held back by a start that was never completed. Call when the stream ends."""
         return self._take(b"", final=True)
+
+    def _holds_back(self) -> bool:
+        """Whether the end of the stream would bring a frame."""
+        trial = Framer()
+        trial._in_step = self._in_step
+        return bool(trial._take(self._unparsed, final=True))
 
     def _take(self, more: bytes, final: bool) -> list[Frame]:
         data = self._unparsed + more if self._unparsed else bytes(more)

@@ -155,8 +155,21 @@ def test_a_pause_frees_what_a_broken_start_held_back():
     a, b = stream(2)
     broken_length = bytes((a[0], 250)) + a[2:]
     framer = Framer()
-    assert framer.feed(broken_length + b) == []
-    assert [f.raw for f in framer.flush()] == [b]
+    assert framer.hear(broken_length + b, 0.0) == framer.hear(b"", 0.4) == []
+    assert [f.raw for f in framer.hear(b"", 0.5)] == [b]
+
+
+@pytest.mark.parametrize(("stalled_s", "frames", "skipped"), [(4.9, 3, 0), (5.0, 2, 23)])
+def test_a_stream_that_stalls_within_a_frame_loses_it_only_after_a_while(stalled_s, frames, skipped):
+    encoder, framer = Encoder(1, 1), Framer()
+    a, b, c = (encoder.encode(dialect.MAVLink_system_time_message(1 << 50, 70_000 + n)) for n in range(3))
+    came = framer.hear(a + b[:12], 0.0)
+    for step in range(1, 50):
+        came += framer.hear(b"", 0.1 * step)
+    came += framer.hear(b"", stalled_s)
+    came += framer.hear(b[12:] + c, stalled_s)
+    assert len(came) == frames
+    assert framer.counts["skipped"] == skipped
 
 
 def test_a_frame_of_an_unknown_id_stands_beside_a_damaged_one():
