@@ -115,7 +115,7 @@ _FROM_AUTOPILOT: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]
 }
 TELLING: Final = OF_THE_CONTRACT | _FROM_AUTOPILOT.keys()
 FROM_ANYONE: Final = frozenset((dialect.MAVLINK_MSG_ID_VISION_POSITION_DELTA,))
-"""Messages that a driver may send under a ground station's name."""
+"""Messages that a driver may send under a ground station's name; another vehicle's are its own."""
 
 
 def heard(frame: Frame, reading: Reading | None) -> tuple[Heard, ...]:

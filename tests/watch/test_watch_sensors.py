@@ -255,6 +255,19 @@ def test_a_dvl_driver_under_a_ground_stations_name_is_heard(watcher):
     assert last(watcher, "w", 1.1) == pytest.approx(-0.1)
 
 
+def test_a_dvl_driver_of_another_vehicle_is_not_heard(watcher, vehicle):
+    def delta(ahead_m):
+        moved = [ahead_m, 0.0, 0.0]
+        return mav.MAVLink_vision_position_delta_message(10**6, 100_000, [0.0] * 3, moved, 90.0)
+
+    other = OnAir(watcher, 7)
+    other.beats(0.9)
+    vehicle.says(delta(0.02), 1.0)
+    other.says(delta(0.09), 1.05)
+    OnAir(watcher, 7, 191).says(delta(0.09), 1.06)
+    assert last(watcher, "u", 1.1) == pytest.approx(0.2)
+
+
 def test_an_autopilots_velocity_is_turned_into_body_axes_where_no_dvl_speaks(watcher, vehicle):
     turned = Rotation.from_euler("ZYX", (70.0, 20.0, -30.0), degrees=True)
     x, y, z, w = turned.as_quat()
