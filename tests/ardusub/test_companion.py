@@ -1,5 +1,8 @@
 """A companion beside ArduSub, the fake one and, where it is at hand, the firmware: what is asked, and who flies."""
 
+import errno
+from pathlib import Path
+
 import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
@@ -141,6 +144,20 @@ def test_raised_the_companion_holds_the_sticks_and_lowered_it_proves_that_they_a
     assert pilot.read("SYSID_MYGCS") == 255
     assert not store.exists()
     assert aboard.companion.armed
+
+
+def test_sticks_are_given_back_also_where_the_disk_can_not_be_written_any_more(fake, tmp_path, monkeypatch):
+    def read_only(*_, **__):
+        raise OSError(errno.EROFS, "Read-only file system")
+
+    store = tmp_path / "sticks"
+    aboard, pilot = under_way(fake, Mode.ALONE, store=store)
+    monkeypatch.setattr(Path, "unlink", read_only)
+    aboard.set_mode(Mode.OFF)
+    assert fake.until(lambda: aboard.companion.handover.is_back, WAIT_S, aboard, pilot)
+    again = Aboard(fake, store=store)
+    assert fake.until(lambda: again.companion.law, WAIT_S, again, pilot)
+    assert pilot.read("SYSID_MYGCS") == 255
 
 
 def test_a_steady_stick_means_the_same_with_and_without_the_feedforward(autopilot):
