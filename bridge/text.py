@@ -8,6 +8,7 @@ import shutil
 import sys
 import textwrap
 import unicodedata
+from contextlib import suppress
 from typing import Final
 
 MARK: Final = "?"
@@ -35,11 +36,15 @@ def as_clause(sentence: str) -> str:
 
 
 def say(sentence: str) -> None:
-    """Say something to the crew on standard error, wrapped between words if lines have a width."""
+    """Say something to the crew on standard error, wrapped between words if lines have a width.
+
+    A program goes on where nobody listens any more, or where the disk that keeps its words is full.
+    """
     line = printable(sentence, MARK, "\n\t")
     if sys.stderr.isatty() or os.environ.get("COLUMNS", "").isdigit():
         line = wrapped(line, shutil.get_terminal_size().columns)
-    print(line, file=sys.stderr)
+    with suppress(OSError):
+        print(line, file=sys.stderr)
 
 
 def say_warning(sentence: str) -> None:

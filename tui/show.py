@@ -10,7 +10,7 @@ import os
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager, nullcontext, suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
@@ -68,7 +68,20 @@ class Tell:
 
 
 class _HarmlessConsole(Console):
-    """A console on which no text can steer the terminal, whatever its origin: only the console's own styles do."""
+    """A console on which no text can steer the terminal, whatever its origin: only the console's own styles do.
+
+    On standard error a verb goes on where nobody listens any more, or where the disk that keeps its words is full.
+    """
+
+    def print(self, *objects: Any, **how: Any) -> None:
+        with suppress(OSError) if self.stderr else nullcontext():
+            super().print(*objects, **how)
+
+    def on_broken_pipe(self) -> None:
+        if self.stderr:
+            self.quiet = True
+        else:
+            super().on_broken_pipe()
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         for segment in super().render(renderable, options):

@@ -1,9 +1,11 @@
 """Output of verbs: numbers, JSON, sentences on a dive, and tables that fit 80 columns."""
 
 import errno
+import io
 import json
 import math
 import os
+import sys
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +13,7 @@ import pytest
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
+from bridge.text import say_warning
 from bridge.vehicle.coefficients import COEFFICIENTS, MASSES
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.receipt import Receipt
@@ -43,6 +46,35 @@ from tui.commands.record import RecordedDive
 )
 def test_numbers_have_so_many_significant_digits_and_no_exponent(value, digits, text):
     assert show.number(value, digits) == text
+
+
+class Unheard(io.StringIO):
+    """Standard error that takes no more words."""
+
+    def __init__(self, error):
+        super().__init__()
+        self.error = error
+
+    def write(self, _):
+        raise self.error
+
+
+@pytest.mark.parametrize(
+    "error",
+    [BrokenPipeError(errno.EPIPE, "Broken pipe"), OSError(errno.ENOSPC, "No space left on device")],
+)
+def test_words_that_nobody_can_hear_any_more_end_no_verb(error, monkeypatch):
+    monkeypatch.setattr(sys, "stderr", Unheard(error))
+    console = show.words()
+    for _ in range(2):
+        say_warning("the DVL is silent")
+        show.say(console, "the recording goes on in its file 2")
+
+
+def test_results_that_nobody_takes_any_more_end_a_verb(monkeypatch):
+    monkeypatch.setattr(sys, "stdout", Unheard(OSError(errno.ENOSPC, "No space left on device")))
+    with pytest.raises(OSError, match="No space left"):
+        show.say(show.results(), "24 dives")
 
 
 def test_json_has_null_for_what_does_not_exist(capsys):
