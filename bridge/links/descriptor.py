@@ -7,6 +7,7 @@ import errno
 import os
 import select
 import socket
+import termios
 from collections.abc import Callable
 from typing import Any
 
@@ -100,6 +101,8 @@ def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
         raise LinkError(f"can't be set up ({error}); check the baud rate", name) from None
     except OSError as error:
         raise LinkError(f"can't be opened ({error.strerror}); check the port", name) from None
+    except termios.error as error:  # it was unplugged just then
+        raise LinkError(f"can't be set up ({error.args[-1]}); check the cable", name) from None
     return DescriptorLink(name, opened.fileno(), opened.close)
 
 

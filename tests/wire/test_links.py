@@ -1,6 +1,7 @@
 """Links by name, lossy links, and links that come back."""
 
 import random
+import termios
 import threading
 
 import pytest
@@ -108,6 +109,26 @@ def test_a_port_that_is_unplugged_is_lost_with_a_sentence():
     port.close()
     with pytest.raises(LinkLost, match="closed"):
         port.read(0.0)
+
+
+@pytest.mark.parametrize("step", ["tcsetattr", "tcflush"])
+def test_a_port_that_is_unplugged_while_it_is_opened_is_tried_again(step, monkeypatch):
+    device, path = open_pty()
+    clock = SimulatedClock()
+    link = Reconnecting(lambda: open_link(f"serial:{path}"), clock)
+    with monkeypatch.context() as unplugged:
+
+        def fails(*_):
+            raise termios.error(5, "Input/output error")
+
+        unplugged.setattr(termios, step, fails)
+        assert link.read(0.0) == b""
+        assert "can't be set up (Input/output error); check the cable" in link.fault
+    clock.advance_to(1.0)
+    link.write(b"here")
+    assert (link.fault, read_exactly(device, 4)) == ("", b"here")
+    link.close()
+    device.close()
 
 
 def test_a_peer_that_takes_nothing_never_stalls_the_writer():
