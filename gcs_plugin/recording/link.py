@@ -59,10 +59,10 @@ class RecordedLink:
             )
 
     def read(self, timeout_s: float) -> list[Frame]:
-        """Read frames, waiting up to `timeout_s` for bytes; none while the link is lost."""
+        """Read frames, waiting up to `timeout_s` for bytes; of a link that was lost, those that had come before."""
         link = self._link or self._reopened()
         if link is None:
-            return []
+            return self.flush()
         try:
             data = link.read(timeout_s)
         except LinkError as error:
@@ -95,7 +95,7 @@ class RecordedLink:
         self._say("error", str(error))
         self.close()
         self._lost_before = self.lost_here
-        self._link, self._framer = None, Framer()
+        self._link = None
         self._next_try_s = self._clock.boot_s() + REOPEN_EVERY_S
 
     def _reopened(self) -> Link | None:

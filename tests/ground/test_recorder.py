@@ -58,6 +58,16 @@ def test_it_is_silent_unless_asked_to_beat():
     assert len(beats) == 4
 
 
+def test_what_came_whole_before_a_link_was_lost_is_recorded_though_a_broken_start_held_it_back():
+    ground, sent = Ground(), frames_of(3)
+    broken = bytes((sent[0][0], 250)) + sent[0][2:]
+    ground.hear(broken + b"".join(sent[1:]))
+    assert ground.disk.stored() == []
+    ground.hear(LinkLost("fake: unplugged; plug it in"))
+    ground.hear(b"")
+    assert ground.disk.raws == sent[1:]
+
+
 def test_a_lost_link_is_said_and_opened_again_while_the_other_goes_on():
     clock, disk, notices = SimulatedClock(), Disk(), []
     broken, other, again = FakeLink("broken"), FakeLink("other"), FakeLink("broken")
