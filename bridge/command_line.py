@@ -118,7 +118,8 @@ def until_stopped(
     seconds: float | None,
     each: Callable[[float], bool | None],
 ) -> None:
-    """Run `work` in a thread of its own until the user stops it, `seconds` have passed, or it ends.
+    """Run `work` in a thread of its own until the user stops it or closes its terminal, `seconds` have passed, or it
+    ends.
 
     `work` returns soon after its event is set. `each` is called a few times a second with the time since the start,
     and ends the run by returning True. An exception of `work` is raised here.
@@ -146,9 +147,11 @@ def _set_by_signals(stop: threading.Event) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    before = {
-        number: signal.signal(number, lambda *_: stop.set()) for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    numbers = [signal.SIGINT, signal.SIGTERM]
+    # Of a terminal that is closed; under nohup, which ignores it, the run goes on.
+    if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) == signal.SIG_DFL:
+        numbers.append(signal.SIGHUP)
+    before = {number: signal.signal(number, lambda *_: stop.set()) for number in numbers}
     try:
         yield
     finally:

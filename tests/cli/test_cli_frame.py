@@ -135,6 +135,47 @@ def test_control_c_after_all_is_done_changes_nothing_any_more():
     assert (done.returncode, done.stderr) == (5, "")
 
 
+RUNS = """
+import os, signal
+from bridge.clock import SystemClock
+from bridge.command_line import until_stopped
+
+looks = 0
+
+def work(stop):
+    stop.wait(30.0)
+    print("ended in order")
+
+def each(_):
+    global looks
+    looks += 1
+    os.kill(os.getpid(), signal.{signal})
+    return looks == 3
+
+{before}
+until_stopped(work, SystemClock(), None, each)
+print(looks)
+"""
+
+
+@pytest.mark.parametrize(
+    ("signal", "before", "looks"),
+    [
+        ("SIGINT", "", 1),
+        ("SIGTERM", "", 1),
+        ("SIGHUP", "", 1),
+        ("SIGHUP", "signal.signal(signal.SIGHUP, signal.SIG_IGN)", 3),
+    ],
+    ids=["Ctrl-C", "SIGTERM", "closed terminal", "nohup"],
+)
+def test_a_run_ends_in_order_also_where_its_terminal_is_closed_and_goes_on_under_nohup(signal, before, looks):
+    program = RUNS.format(signal=signal, before=before)
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, f"ended in order\n{looks}\n")
+
+
 def test_the_installed_command_runs():
     done = subprocess.run(
         [Path(sys.executable).with_name("seatrial"), "--version"], capture_output=True, text=True, check=True
