@@ -11,12 +11,13 @@ import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from pathlib import Path
 
 from bridge.clock import Clock
-from bridge.errors import LinkError, SeatrialError
+from bridge.errors import LinkError, LogError, SeatrialError
 from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
@@ -59,10 +60,13 @@ def recorded_crew(
 
 
 class RecordedHere:
-    """A flight whose link is recorded here, from the beginning; a thread syncs the disk until `end`."""
+    """A flight whose link is recorded here, from the beginning; a thread syncs the disk until `end`. `tell` gets a
+    sentence on what could not be written then."""
 
-    def __init__(self, crew: Crew, recorder: Recorder, folder: DiveFolder) -> None:
-        self.crew, self._recorder, self._folder = crew, recorder, folder
+    def __init__(
+        self, crew: Crew, recorder: Recorder, folder: DiveFolder, tell: Callable[[str], None]
+    ) -> None:
+        self.crew, self._recorder, self._folder, self._tell = crew, recorder, folder, tell
         self._over = threading.Event()
         self._syncer = threading.Thread(
             target=recorder.sync_until, args=(self._over,), name="recorder-sync", daemon=True
@@ -79,7 +83,10 @@ class RecordedHere:
         self._syncer.join()
         self._recorder.close()
         if self._recorder.kept.frames:
-            self._folder.add_event(self.crew.clock.unix_s(), words)
+            try:
+                self._folder.add_event(self.crew.clock.unix_s(), words)
+            except LogError as error:
+                self._tell(str(error))
         else:
             self._folder.discard()
 
@@ -113,11 +120,13 @@ class RecordedThere:
         self._link.close()
         if self._folder is None:
             return
-        self._folder.add_event(self.crew.clock.unix_s(), words)
-        try:
-            orders.next_dive(self.crew.clock, time.sleep)
-        except LinkError as error:
-            self._tell(str(error))
+        clock = self.crew.clock
+        note = partial(self._folder.add_event, clock.unix_s(), words)
+        for act in (note, partial(orders.next_dive, clock, time.sleep)):
+            try:
+                act()
+            except (LinkError, LogError) as error:
+                self._tell(str(error))
 
 
 def widths_of(dive: Path, vehicle: str, configuration: str) -> Widths:

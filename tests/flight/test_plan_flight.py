@@ -15,7 +15,7 @@ from ideal import LIMITS
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import reports
-from bridge.errors import ConfigError, LinkError, LinkLost
+from bridge.errors import ConfigError, LinkError, LinkLost, LogError
 from bridge.flight.flight import End, State
 from bridge.links.link import Link, Wrapper
 from bridge.onboard.parameters import parameters_of
@@ -230,7 +230,7 @@ def test_a_flight_that_is_recorded_here_is_put_on_the_disk_while_it_lasts(tmp_pa
     """As any recording: a loss of power takes no more than its last half second."""
     water, synced = Water(tmp_path, {}), threading.Event()
     water.recorder.sync = synced.set
-    recording = RecordedHere(water.crew, water.recorder, water.folder)
+    recording = RecordedHere(water.crew, water.recorder, water.folder, water.words.append)
     assert synced.wait(30.0)
     recording.end("flight: not begun")
     assert not recording._syncer.is_alive()
@@ -423,6 +423,25 @@ def by_way_of_a_recording(files, monkeypatch, *answers):
 
 
 OF_RECORDING = command("--armed", "--countdown", "3", link=())
+
+
+@pytest.mark.parametrize("there", [False, True], ids=["recorded here", "by way of a recording"])
+def test_a_flight_tells_how_it_went_also_where_that_can_not_be_noted_on_the_disk(
+    there, files, capsys, monkeypatch
+):
+    def full(*_):
+        raise LogError("dive.yaml: can't be written (No space left on device); check the disk")
+
+    known = {"M_u": 0.01, "D_u": 0.02}
+    _, hub = by_way_of_a_recording(files, monkeypatch, known) if there else (None, None)
+    if not there:
+        on_a_simulated_vehicle(monkeypatch, known)
+    monkeypatch.setattr(DiveFolder, "add_event", full)
+    words = OF_RECORDING if there else command("--armed", "--countdown", "3")
+    assert cli.main([*words, "--json", "out.json"]) == 0
+    assert json.loads((files / "out.json").read_text())["end"] == "finished"
+    assert "dive.yaml: can't be written (No space left on device)" in capsys.readouterr().err
+    assert hub is None or len(hub.folders) == 3
 
 
 def test_by_way_of_a_recording_a_flight_has_a_folder_of_its_own_and_beats_itself(files, monkeypatch):

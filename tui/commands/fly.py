@@ -135,7 +135,7 @@ def _recording(
         opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
         link = opener.open(arguments.link)
         root = Path(arguments.out)
-        return RecordedHere(*recorded_crew(link, file, configuration, root, clock, say, opener.open))
+        return RecordedHere(*recorded_crew(link, file, configuration, root, clock, say, opener.open), say)
     return RecordedThere(links.link_for(arguments.link), file, configuration, clock, say)
 
 
