@@ -106,9 +106,12 @@ def whole(path: Path) -> Iterator[BinaryIO]:
 
 
 def write_whole(path: Path, text: str, *, synced: bool = False) -> None:
-    """Write a text file as `whole` does; `synced`: on the disk when this returns. Raises OSError."""
+    """Write a text file as `whole` does; `synced`: on the disk when this returns. Raises OSError.
+
+    What is no character, such as a byte of a file's name that is no UTF-8, becomes a `?`.
+    """
     with whole(path) as file:
-        file.write(text.encode())
+        file.write(text.encode(errors="replace"))
         if synced:
             to_disk(file)
 

@@ -333,7 +333,7 @@ def replace_file(path: Path, text: str) -> None:
     """
     path = path.resolve()
     if (path.exists() and not path.is_file()) or not os.access(path.parent, os.W_OK):
-        path.write_text(text, encoding="utf-8")
+        path.write_text(text, encoding="utf-8", errors="replace")
         return
     write_whole(path, text, synced=True)
 

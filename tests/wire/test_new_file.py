@@ -1,5 +1,6 @@
 """Files of ours: whole under their name, and YAML that holds no more than it may."""
 
+import os
 from collections.abc import Callable
 from contextlib import AbstractContextManager, contextmanager
 from errno import ENOSPC
@@ -9,7 +10,7 @@ from typing import BinaryIO
 import pytest
 
 from bridge.errors import ConfigError, LogError
-from bridge.files import replacing, whole
+from bridge.files import replacing, whole, write_whole
 from bridge.schema import load_yaml
 
 Writer = Callable[[Path], AbstractContextManager[BinaryIO]]
@@ -64,6 +65,12 @@ def test_a_link_under_the_name_is_replaced_and_what_it_leads_to_stays(writer, ol
     assert old.read_bytes() == b"old"
     assert not link.is_symlink()
     assert link.read_bytes() == b"new"
+
+
+def test_a_name_that_is_no_utf_8_is_written_with_a_mark_in_its_place(old):
+    write_whole(old, "vehicle: " + os.fsdecode(b"d\xe9v.yaml") + "\n")
+    assert old.read_text(encoding="utf-8") == "vehicle: d?v.yaml\n"
+    assert list(old.parent.iterdir()) == [old]
 
 
 def test_a_key_written_twice_is_named_with_its_line(tmp_path):
