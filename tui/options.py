@@ -1,12 +1,14 @@
 """Options of the verbs: those that several verbs share, and the two shapes of the others, a value and a switch."""
 
 import argparse
+import math
 from typing import Any, ClassVar
 
 from bridge.command_line import above_zero, seconds, seed, size
 from bridge.links import secured
 
 NO_HUB = "none"
+FASTEST = "max"
 NONE_ACCEPTED = "none"
 RECEIPTS = "receipts"
 PARAMETER_SUFFIXES = (".param", ".parm", ".params")
@@ -44,10 +46,12 @@ class NewFolder(str):
 
 def speed(text: str) -> float:
     """Parse a speed of simulated time: a positive number, or `max`."""
-    value = float("inf") if text == "max" else float(text)
-    if not value > 0:
-        raise ValueError
-    return value
+    if text == FASTEST:
+        return math.inf
+    try:
+        return above_zero(text)
+    except argparse.ArgumentTypeError as error:
+        raise argparse.ArgumentTypeError(f"{error}, and not {FASTEST}") from None
 
 
 def hub_port(text: str) -> int | None:

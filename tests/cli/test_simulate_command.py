@@ -133,8 +133,15 @@ def upload_to(link, tmp_path):
         (("--vehicle", "ruvifist", "--mission", "validation"), "name one: --vehicle FILE:CONFIGURATION"),
         (("--vehicle", "ruvifist:survey", "--mission", "hovering"), "moves sideways"),
         (("--vehicle", "ruvifist:survey", "--mission", "nowhere"), "no mission 'nowhere'"),
-        (("--vehicle", "ruvifist:survey", "--mission", "survey", "--speed", "0"), "--speed"),
+        (
+            ("--vehicle", "ruvifist:survey", "--mission", "survey", "--speed", "0"),
+            "'0' is not a number above 0, and not max",
+        ),
         (("--vehicle", "ruvifist:survey", "--mission", "idle"), "--link"),
+        (
+            ("--vehicle", "ruvifist:survey", "--mission", "survey", "--seconds", "5"),
+            "--seconds: a dive lasts as long as its mission",
+        ),
         (("--vehicle", "own.yaml:survey", "--mission", "survey"), "truth"),
         (
             ("--vehicle", "bluerov2_heavy", "--mission", "survey"),
@@ -267,6 +274,20 @@ def test_a_dive_that_can_not_begin_leaves_no_folder(tmp_path, mission, monkeypat
 def test_an_onset_out_of_bounds_names_them(tmp_path, mission, capsys):
     assert simulate(tmp_path, mission, "--onset", "2", "T1_gain=0.01") == exit_codes.BAD_INPUT
     assert "T1_gain is 0.01, and can be from 0.3 to 2 here" in capsys.readouterr().err
+
+
+def test_an_idle_vehicle_without_a_link_leaves_a_wrong_store_of_parameters_where_it_is(tmp_path, capsys):
+    letter = tmp_path / "letter.json"
+    letter.write_text("hello", encoding="utf-8")
+    line = ["simulate", "--vehicle", "ruvifist:survey", "--mission", "idle", "--parameters", str(letter)]
+    assert cli.main(line) == exit_codes.BAD_INPUT
+    assert "give --link SPEC" in capsys.readouterr().err
+    assert list(tmp_path.iterdir()) == [letter]
+
+
+def test_an_onset_without_a_value_is_named(tmp_path, mission, capsys):
+    assert simulate(tmp_path, mission, "--onset", "2", "T1_gain") == exit_codes.BAD_INPUT
+    assert "--onset 2 T1_gain: T1_gain has no value; give seconds and effects" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

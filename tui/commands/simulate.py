@@ -44,6 +44,10 @@ def run(arguments: argparse.Namespace) -> int:
         check_no_folder("--parameters", arguments.parameters)
     if arguments.mission not in (IDLE, ARDUSUB):
         check_folder("--out", arguments.out)
+        if arguments.seconds is not None:
+            raise UsageError("--seconds: a dive lasts as long as its mission; leave it out")
+    if arguments.mission == IDLE and not arguments.link:
+        raise UsageError("--mission idle waits for a ground on a link; give --link SPEC")
     file = load_vehicle(arguments.vehicle)
     vehicle = file.vehicle
     configuration = file.configuration_chosen(arguments.mission)
@@ -102,7 +106,7 @@ def dive(
 ) -> int:
     times = arguments.speed or (1.0 if links else math.inf)
     if Mode(BY_WORD.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
-        raise exit_codes.UsageError(
+        raise UsageError(
             f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
             "upload some first into the --parameters FILE of an idle one"
         )
@@ -145,8 +149,6 @@ def idle(
     troubles: Troubles,
 ) -> int:
     """Stay afloat and disarmed, and answer on the links, until the user stops it."""
-    if not links:
-        raise exit_codes.UsageError("--mission idle waits for a ground on a link; give --link SPEC")
     # It lies still until a flight moves it: then it shows how it moves.
     truth = wanted_truth(arguments, file, configuration)
     start = Start(arguments.seed, IDLE_DEPTH_M, unix_at_boot_s=clock.unix_s(), truth=truth)
@@ -186,8 +188,10 @@ def with_onset(truth: Truth, parts: Sequence[str], shape: Configuration, lasts_s
     and a time at which the dive, that `lasts_s`, is over.
     """
     try:
-        onset_s, pairs = float(parts[0]), (effect.split("=") for effect in parts[1:])
-        onset = {name: float(value) for name, value in pairs}
+        onset_s, pairs = float(parts[0]), [effect.partition("=") for effect in parts[1:]]
+        if valueless := [name for name, equals, _ in pairs if not equals]:
+            raise ValueError(f"{', '.join(valueless)} has no value")
+        onset = {name: float(value) for name, _, value in pairs}
         if not onset:
             raise ValueError("it names no effect")
         if not 0.0 <= onset_s < lasts_s:
