@@ -45,6 +45,13 @@ def test_the_same_is_taken_but_for_what_is_given(dive, capsys):
     assert "water of 999.6 kg/m3" in capsys.readouterr().out
 
 
+def test_where_no_dive_before_has_any_what_is_noted_stays(dive, capsys):
+    first = dive.path.with_name("2026-11-19T0900Z")
+    assert cli.main(["conditions", str(first), "--same"]) == 2
+    assert f"--same: no dive before {first} has any" in capsys.readouterr().err
+    assert DiveFolder(first).about().conditions == SEA
+
+
 def test_what_is_given_is_put_in_and_an_empty_text_takes_it_back(dive):
     assert cli.main(["conditions", "--weather", "calm", "--tether-out", "30"]) == 0
     assert cli.main(["conditions", "--weather", "", "--payload", "sonar", "--payload-mass", "1"]) == 0

@@ -18,6 +18,10 @@ def run(arguments: argparse.Namespace) -> int:
     if wrong := mistakes(given):
         raise ConfigError(". ".join(f"{CONDITIONS[name][0]}: {sentence}" for name, sentence in wrong.items()))
     before = last_conditions(folder.path.resolve().parent, folder.path)
+    if arguments.same and before == NOTHING_SAID:
+        raise ConfigError(
+            f"--same: no dive before {folder.path} has any; leave it out, and give them one by one"
+        )
     if given or arguments.same:
 
         def added(about: About) -> About:
