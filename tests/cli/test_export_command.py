@@ -125,6 +125,8 @@ def refused(capsys, *words):
         ("empty.json --vehicle ruvifist --to gazebo", "no identifiable parameter"),
         ("ruvifist:hovering --to gazebo", "has no model"),
         ("bluerov2_heavy --vehicle ruvifist --to gazebo", "--vehicle says nothing"),
+        ("b.jsn --vehicle ruvifist --to gazebo", "b.jsn: no such file"),
+        ("ruvifist --to gazebo", "has survey, hovering; name one: ruvifist:CONFIGURATION"),
         ("bluerov2_heavy --to gazebo --json -", "add --out"),
     ],
 )

@@ -78,11 +78,14 @@ def _model(given: str, vehicle: str | None, leave: Leave) -> tuple[Model, dict[s
             raise exit_codes.UsageError(f"{given}: needs --vehicle FILE, for thrusters and weight; add it")
         read = _identified if given.endswith(".json") else _accepted
         return read(Path(given), load_vehicle(vehicle), leave)
+    file = load_vehicle(given)
     if vehicle is not None:
         raise exit_codes.UsageError(f"{given}: is no identification, so --vehicle says nothing; leave it out")
-    file = load_vehicle(given)
-    configuration = file.configuration_of(None)
-    coefficients = file.vehicle.configurations[configuration].model
+    shapes = file.vehicle.configurations
+    if file.configuration is None and len(shapes) > 1:
+        raise exit_codes.UsageError(f"{given}: has {', '.join(shapes)}; name one: {given}:CONFIGURATION")
+    configuration = file.configuration_chosen()
+    coefficients = shapes[configuration].model
     if not coefficients:
         raise exit_codes.UsageError(
             f"{given}: configuration '{configuration}' has no model; give the JSON of seatrial identify, with "
