@@ -59,6 +59,11 @@ def test_a_named_file_that_foretells_nothing_is_refused(tmp_path, about):
         foretellings(path, tmp_path, FILE)
 
 
+def test_a_named_file_that_is_not_there_is_said_so(tmp_path):
+    with pytest.raises(UsageError, match=r"--foretold .*mended\.param: no such file; check the name"):
+        foretellings(str(tmp_path / "mended.param"), tmp_path, FILE)
+
+
 def test_without_a_name_and_without_receipts_nothing_was_foretold(tmp_path):
     assert foretellings(None, tmp_path / "receipts", FILE)(DIVE, Mode.BOTH, "hovering") is None
 

@@ -98,10 +98,12 @@ def tell(console: Console, done: Validation) -> None:
 def foretellings(given: str | None, receipts: Path, file: VehicleFile) -> Foretellings:
     """What each dive is compared with: the named file, or else the upload in `receipts` that was in force.
 
-    Raises UsageError for a named file that foretells nothing.
+    Raises UsageError for a named file that is not there, or foretells nothing.
     """
     if given is None:
         return partial(_foretold_in_force, receipts, file)
+    if not Path(given).exists():
+        raise UsageError(f"--foretold {given}: no such file; check the name")
     sidecar = sidecar_of_file(Path(given))
     foretold = None if sidecar is None else foretelling_of(sidecar)
     if foretold is None:
