@@ -71,6 +71,10 @@ class FlightLimits:
 
 def load_limits(path: Path) -> FlightLimits:
     """Load the limit file. Raises ConfigError with the file and the key."""
+    if not path.exists():
+        raise ConfigError(
+            f"{path}: no such file; write the limits into it as docs/howto/fly_a_plan.md has them, or name another"
+        )
     return schema.build(FlightLimits, schema.load_yaml(path), str(path))
 
 

@@ -71,6 +71,11 @@ def test_a_limit_that_is_missing_is_asked_for(tmp_path, name):
         load_limits(path)
 
 
+def test_where_there_is_no_limit_file_it_says_what_one_looks_like(tmp_path):
+    with pytest.raises(ConfigError, match=r"limits\.yaml: no such file; .* docs/howto/fly_a_plan\.md"):
+        load_limits(tmp_path / "limits.yaml")
+
+
 def test_the_vehicle_takes_the_limits_as_numbers_and_refuses_what_are_none():
     assert limits_of(LIMITS.numbers()) == LIMITS
     for numbers in ((), LIMITS.numbers()[:5], (*LIMITS.numbers(), 1.0), (math.nan, *LIMITS.numbers()[1:])):
