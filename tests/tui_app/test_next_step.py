@@ -191,7 +191,7 @@ def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(
     [
         (UPLOADED, "shadow", ""),
         (GO, "both", ""),
-        (replace(UPLOADED, heard=False), None, "tells no mode"),
+        (replace(UPLOADED, heard=False), None, "no vehicle is heard; connect it"),
         (replace(UPLOADED, mode=""), None, "tells no mode"),
         (replace(UPLOADED, recording=False), None, "none runs"),
         (replace(UPLOADED, contested=True), None, "two vehicles share its address"),

@@ -304,7 +304,9 @@ def _ordered(now: Situation) -> tuple[Mode | None, str]:
     mode = BY_WORD.get(now.mode)
     if now.contested:
         return None, "two vehicles share its address, and both would obey"
-    if mode is None or not now.heard:
+    if not now.heard:
+        return None, "no vehicle is heard; connect it, or mend the link"
+    if mode is None:
         return None, "the vehicle tells no mode of its feed-forward"
     if not now.recording:
         return None, "the order goes by the recording, and none runs"
