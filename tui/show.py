@@ -4,17 +4,18 @@ Results go to standard output, everything else to standard error; if `--json -` 
 to standard error as well.
 """
 
+import errno
 import io
 import math
 import os
 import sys
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO, cast
 
 import rich.table
 from rich.box import Box
@@ -68,24 +69,54 @@ class Tell:
 
 
 class _HarmlessConsole(Console):
-    """A console on which no text can steer the terminal, whatever its origin: only the console's own styles do.
-
-    On standard error a verb goes on where nobody listens any more, or where the disk that keeps its words is full.
-    """
-
-    def print(self, *objects: Any, **how: Any) -> None:
-        with suppress(OSError) if self.stderr else nullcontext():
-            super().print(*objects, **how)
-
-    def on_broken_pipe(self) -> None:
-        if self.stderr:
-            self.quiet = True
-        else:
-            super().on_broken_pipe()
+    """A console on which no text can steer the terminal, whatever its origin: only the console's own styles do."""
 
     def render(self, renderable: RenderableType, options: ConsoleOptions | None = None) -> Iterable[Segment]:
         for segment in super().render(renderable, options):
             yield segment if segment.control else segment._replace(text=harmless(segment.text))
+
+
+class _Stream(io.TextIOBase):
+    """Standard output or standard error. Where its terminal has gone away, nobody reads it, and what runs goes on.
+
+    On standard error it also goes on where a pipe is closed, or the disk that keeps the words is full.
+    """
+
+    def __init__(self, *, to_errors: bool) -> None:
+        self._to_errors = to_errors
+
+    @property
+    def _standard(self) -> TextIO:
+        stream = sys.stderr if self._to_errors else sys.stdout
+        # While a line of progress is shown, rich puts a stream of its own there, which leads back to the console.
+        return cast(TextIO, getattr(stream, "rich_proxied_file", stream))
+
+    @property
+    def encoding(self) -> str:  # type: ignore[override]
+        return self._standard.encoding
+
+    def isatty(self) -> bool:
+        return self._standard.isatty()
+
+    def fileno(self) -> int:
+        return self._standard.fileno()
+
+    def write(self, text: str) -> int:
+        with self._unless_gone():
+            self._standard.write(text)
+        return len(text)
+
+    def flush(self) -> None:
+        with self._unless_gone():
+            self._standard.flush()
+
+    @contextmanager
+    def _unless_gone(self) -> Iterator[None]:
+        try:
+            yield
+        except OSError as error:
+            if not self._to_errors and error.errno != errno.EIO:
+                raise
 
 
 def harmless(text: str) -> str:
@@ -103,7 +134,10 @@ def words() -> Console:
 
 
 def _console(*, to_errors: bool) -> Console:
-    console = _HarmlessConsole(stderr=to_errors, highlight=False, emoji=False, markup=False)
+    # Closed from the start (`>&-`) it is None, and rich then writes nowhere.
+    closed = (sys.stderr if to_errors else sys.stdout) is None
+    stream = None if closed else cast(TextIO, _Stream(to_errors=to_errors))
+    console = _HarmlessConsole(file=stream, stderr=to_errors, highlight=False, emoji=False, markup=False)
     if not _has_width(console):
         console.width = PIPED_WIDTH
     return console
