@@ -64,7 +64,7 @@ def test_no_program_below_the_terminal_starts_it(room):
 
 def test_the_vehicles_program_starts_without_the_ground(tmp_path):
     """It reads its options, opens a link and runs, and has no module of another package by then."""
-    line = ["--vehicle", "ruvifist", "--link", "udpout:127.0.0.1:9", "--seconds", "0.1"]
+    line = ["--vehicle", "ruvifist:hovering", "--link", "udpout:127.0.0.1:9", "--seconds", "0.1"]
     code = (
         f"import sys; from bridge.onboard.program import main; main({line!r}); "
         "print({m.partition('.')[0] for m in sys.modules} & "

@@ -145,7 +145,7 @@ def run(arguments: argparse.Namespace) -> int:
             f"--ground {arguments.ground.system}: that is the vehicle's own system; give the ground station's, usually "
             "255"
         )
-    configuration = file.configuration or next(iter(vehicle.configurations))
+    configuration = file.configuration_chosen()
     clock = SystemClock()
     ring = ring_for(arguments, clock)
 

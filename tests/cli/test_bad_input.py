@@ -83,6 +83,14 @@ def test_a_serial_port_that_does_not_exist(complaint, tmp_path, verb):
     assert not (tmp_path / "dives").exists()
 
 
+def test_a_bridge_of_a_vehicle_of_several_configurations_asks_which_it_dives_in(complaint):
+    code, sentence = complaint(
+        "bridge", "--vehicle", "ruvifist", "--link", "udpout:127.0.0.1:9", "--seconds", "1"
+    )
+    assert code == exit_codes.BAD_INPUT
+    assert "has survey, hovering; name one: --vehicle FILE:CONFIGURATION" in sentence
+
+
 def test_a_parameter_file_with_a_value_that_is_none(complaint, tmp_path):
     path = tmp_path / "bad.param"
     path.write_text("FF0_M_U,110\nFF0_D_U,nan\n", encoding="utf-8")

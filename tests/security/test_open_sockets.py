@@ -78,7 +78,7 @@ def test_a_recording_lists_every_socket_that_it_has(tmp_path, monkeypatch, capsy
 
 VERBS = {
     "applet check": ["--vehicle", "bluerov2"],
-    "bridge": ["--vehicle", "ruvifist"],
+    "bridge": ["--vehicle", "ruvifist:hovering"],
     "doctor": ["--seconds", "0.1"],
     "fetch": ["--new"],
     "fly": ["plan.yaml", "--limits", "limits.yaml", "--vehicle", "ruvifist:hovering", "--armed"],

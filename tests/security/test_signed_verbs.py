@@ -165,7 +165,7 @@ def test_a_bridge_with_a_key_signs_takes_no_unsigned_order_and_says_so_to_its_gr
     ground = Encoder(255, 190)
     order = dialect.MAVLink_param_set_message(1, 1, b"FF_MODE", 0.0, 9)
     far_end.write(ground.encode(order))
-    line = ["bridge", "--vehicle", "ruvifist", "--link", "any", "--sign-key", str(key_file)]
+    line = ["bridge", "--vehicle", "ruvifist:hovering", "--link", "any", "--sign-key", str(key_file)]
     cli.main([*line, "--parameters", str(tmp_path / "store.json"), "--seconds", "3"])
     frames = sent_to(far_end)
     assert frames

@@ -224,6 +224,6 @@ def test_a_ground_is_named_by_its_address():
 
 @pytest.mark.parametrize("text", ["", "0", "256", "a", "1:2:3", "255:", "255:0", "-1"])
 def test_what_is_no_address_is_refused(text, capsys):
-    line = ["bridge", "--vehicle", "ruvifist", "--link", "udpin::0", f"--ground={text}"]
+    line = ["bridge", "--vehicle", "ruvifist:hovering", "--link", "udpin::0", f"--ground={text}"]
     assert cli.main(line) == exit_codes.BAD_INPUT
     assert "each from 1 to 255" in capsys.readouterr().err
