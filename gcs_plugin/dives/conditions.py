@@ -43,6 +43,13 @@ LIMITS: Final[Mapping[str, tuple[float, float]]] = {
     "ballast_kg": (-MOST_KG, MOST_KG),
     "payload_kg": (-MOST_KG, MOST_KG),
 }
+UNITS: Final[Mapping[str, str]] = {
+    "water_temperature_c": " °C",
+    "salinity": "",
+    "tether_out_m": " m",
+    "ballast_kg": " kg",
+    "payload_kg": " kg",
+}
 
 
 @dataclass(frozen=True)
@@ -104,7 +111,9 @@ class Conditions:
 def why_not(name: str, value: float) -> str:
     """Why a value is out of the limits of its field, "" if it is within them; NaN is not."""
     least, most = LIMITS[name]
-    return "" if least <= value <= most else f"must lie from {least:g} to {most:g}, it is {value:g}"
+    return (
+        "" if least <= value <= most else f"must lie from {least:g} to {most:g}{UNITS[name]}, it is {value:g}"
+    )
 
 
 NOTHING_SAID: Final = Conditions()

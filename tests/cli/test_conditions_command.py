@@ -71,7 +71,7 @@ def test_json_has_them_with_the_density(dive, capsys):
     [
         (["nowhere"], "nowhere: no such dive folder"),
         (["--salinity", "much"], "--salinity: 'much' is no number"),
-        (["--water-temperature", "90"], "--water-temperature: must lie from -2 to 40"),
+        (["--water-temperature", "90"], "--water-temperature: must lie from -2 to 40 °C"),
     ],
 )
 @pytest.mark.usefixtures("dive")

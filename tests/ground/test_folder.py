@@ -223,7 +223,7 @@ def test_all_mistakes_are_told_each_by_its_field():
     texts = {"salinity": "salty", "tether_out_m": "nan", "weather": "99", "ballast_kg": "2"}
     wrong = {
         "salinity": "'salty' is no number; give one such as 12.5, or leave it empty",
-        "tether_out_m": "must lie from 0 to 10000, it is nan; mend it, or leave it empty",
+        "tether_out_m": "must lie from 0 to 10000 m, it is nan; mend it, or leave it empty",
     }
     assert mistakes(texts) == wrong
     with pytest.raises(ConfigError) as caught:
