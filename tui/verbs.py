@@ -50,6 +50,11 @@ _KEYS = {
 }
 
 
+_SEAL = "seatrial challenge seal --cases 20 --seed 7 --out hidden"
+_CHALLENGE = {
+    "seal": ("make dives with hidden effects and lock the answers", _SEAL),
+    "score": ("open the answers and judge those given", "seatrial challenge score hidden --answers answers"),
+}
 _APPLET = {
     "deploy": ("install the script and start it", f"seatrial applet deploy --vehicle bluerov2 {_LINK}"),
     "check": (
@@ -659,11 +664,11 @@ def _replay(options: Options) -> None:
 
 @verb(
     "make dives with hidden effects and locked answers, and score the answers given",
-    "seatrial challenge seal --cases 20 --seed 7 --out hidden",
+    _SEAL,
 )
 def _challenge(options: Options) -> None:
-    actions = options.parser.add_subparsers(dest="action", metavar="ACTION", required=True)
-    seal = Options(actions.add_parser("seal", help="make dives with hidden effects and lock the answers"))
+    parsers = {name: Options(parser) for name, parser in actions_of(options.parser, _CHALLENGE)}
+    seal, score = parsers["seal"], parsers["score"]
     seal.value("--cases", "N", "how many", type=size, default=20)
     seal.value("--seed", "S", "keep it secret from those who are judged", type=seed, required=True)
     seal.value("--out", "FOLDER", "a new folder for cases, answers and hash", type=NewFolder, required=True)
@@ -672,7 +677,6 @@ def _challenge(options: Options) -> None:
         "EFFECT",
         "also hide this effect, as one that the library lacks; then diagnose with --without",
     )
-    score = Options(actions.add_parser("score", help="open the answers and judge those given"))
     score.value("folder", "FOLDER", "the folder of seal")
     score.value("--answers", "FOLDER", "with case_001.json and so on", required=True)
     score.value("--hash", "SHA256", "the hash that seal printed, published before the answers were given")

@@ -3,6 +3,7 @@
 import re
 import subprocess
 import sys
+from argparse import ArgumentParser
 from pathlib import Path
 
 import pytest
@@ -29,6 +30,21 @@ def test_every_verb_has_help_with_an_example_that_it_takes(verb, capsys):
     words = example.split()
     assert words[:2] == ["seatrial", verb]
     cli.verb_parser(verb).parse_args(words[2:])
+
+
+def actions(verb):
+    choices = [
+        action.choices for action in cli.verb_parser(verb)._actions if isinstance(action.choices, dict)
+    ]
+    return [name for named in choices for name, inner in named.items() if isinstance(inner, ArgumentParser)]
+
+
+@pytest.mark.parametrize(
+    ("verb", "action"), [(verb, action) for verb in cli.VERBS for action in actions(verb)], ids=str
+)
+def test_every_action_of_a_verb_has_help_with_an_example_of_it(verb, action, capsys):
+    assert cli.main([verb, action, "--help"]) == exit_codes.DONE
+    assert f"example:\n  seatrial {verb} {action} " in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("verb", cli.VERBS)
