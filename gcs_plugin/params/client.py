@@ -170,7 +170,9 @@ class ParameterClient:
         wanted = "" if system is None else f" of system {system}"
         beating = sorted(peer.source for peer in self._peers if peer.heartbeat is not None)
         others = ", ".join(f"{s}/{c}" for s, c in beating) or "nobody at all"
-        return (
-            f"{self._link.name}: no vehicle's HEARTBEAT{wanted} within {timeout_s:g} s (heard: {others}); "
-            "check the cable, the address and that the bridge runs"
+        to_do = (
+            "give --system one that is heard, or switch that vehicle on"
+            if self._candidates(None)
+            else "check the cable, the address and that the bridge runs"
         )
+        return f"{self._link.name}: no vehicle's HEARTBEAT{wanted} within {timeout_s:g} s (heard: {others}); {to_do}"

@@ -73,6 +73,15 @@ def test_nobody_on_the_link(vehicle, capsys):
     assert "no vehicle's HEARTBEAT" in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("vehicle")
+def test_another_vehicle_on_the_link_is_named_with_what_to_give(capsys):
+    assert run("show", "--seconds", "2", "--system", "7") == exit_codes.LINK
+    said = " ".join(capsys.readouterr().err.split())
+    assert (
+        "no vehicle's HEARTBEAT of system 7 within 2 s (heard: 1/1); give --system one that is heard" in said
+    )
+
+
 def test_what_was_verified_is_kept_as_accepted_and_diff_tells_it(vehicle, file, tmp_path, capsys):
     with_intervals(file)
     run("diff", file, "--json", str(tmp_path / "first.json"))
