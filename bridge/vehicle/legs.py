@@ -82,13 +82,15 @@ class Leg:
 class Mission:
     """Legs in order, starting from rest at a heading and depth. A pure function of time.
 
-    `legs`: on construction, alternating legs are expanded and unnamed ones numbered.
+    `legs`: on construction, alternating legs are expanded and unnamed ones numbered. `vehicle`: NAME:CONFIGURATION that
+    a plan was made for, "" for any.
     """
 
     name: str
     legs: tuple[Leg, ...]
     start_depth_m: float = DEPTH_M
     start_heading_rad: float = 0.0
+    vehicle: str = ""
     _starts: tuple[float, ...] = field(init=False, repr=False)
     _poses: tuple[tuple[float, float], ...] = field(init=False, repr=False)
 

@@ -31,6 +31,7 @@ class _File:
     name: str = "plan"
     start_depth_m: float = DEPTH_M
     start_heading_rad: float = 0.0
+    vehicle: str = ""
 
 
 @dataclass(frozen=True)
@@ -66,11 +67,15 @@ class Piece:
 
 @dataclass(frozen=True)
 class FlightPlan:
-    """A plan: the depth at which each manoeuvre begins, and its pieces in the order in which they are flown."""
+    """A plan: the depth at which each manoeuvre begins, and its pieces in the order in which they are flown.
+
+    `vehicle`: NAME:CONFIGURATION that it was made for, "" for any.
+    """
 
     name: str
     depth_m: float
     pieces: tuple[Piece, ...]
+    vehicle: str = ""
 
     @property
     def manoeuvres(self) -> dict[str, list[float]]:
@@ -93,7 +98,7 @@ def load_plan(path: Path) -> FlightPlan:
     groups = groupby(file.legs, key=lambda leg: leg.name == REST and leg.phase == REST)
     manoeuvres = [tuple(legs) for is_rest, legs in groups if not is_rest]
     try:
-        return flight_plan(file.name, file.start_depth_m, manoeuvres)
+        return replace(flight_plan(file.name, file.start_depth_m, manoeuvres), vehicle=file.vehicle)
     except ConfigError as error:
         raise ConfigError(f"{path}: {error}") from None
 

@@ -1,5 +1,6 @@
 """Writes a proposal as instructions for a crew, as a mission for `seatrial simulate`, and as plain data."""
 
+import json
 import math
 import textwrap
 from collections.abc import Sequence
@@ -110,7 +111,8 @@ def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> st
     """YAML of a mission, with the crew's instructions as comments; `command` dives it in simulation, "" for none."""
     lines = [f"{TITLE} {title}", *([f"# Dive it in simulation: {command}"] if command else []), "#"]
     lines += [f"# {line}" for sentence in ADVICE for line in _broken(sentence)]
-    lines += ["name: plan", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
+    vehicle = json.dumps(f"{tank.file.vehicle.name}:{tank.configuration_name}", ensure_ascii=False)
+    lines += ["name: plan", f"vehicle: {vehicle}", f"start_depth_m: {START_DEPTH_M:g}", "legs:"]
     pause = "  " + Leg(REST_S, "rest", "rest").yaml_line()
     for number, part in enumerate(proposal.parts, start=1):
         lines += [pause, f"  # {number}. {instruction(part)}"]

@@ -334,6 +334,23 @@ def test_a_wrong_word_is_refused_before_anything_is_opened(capsys, more, words):
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(
+    "verb", [("fly", "plan.yaml"), ("calibrate", "--plan", "plan.yaml")], ids=["fly", "calibrate"]
+)
+@pytest.mark.parametrize("other", ["ruvifist:survey", "kraken:hovering"])
+def test_a_plan_for_another_vehicle_or_configuration_is_neither_shown_nor_flown(files, capsys, verb, other):
+    (files / "plan.yaml").write_text(f"vehicle: {other}\n{PLAN}")
+    words = [*verb, "--limits", "limits.yaml", "--vehicle", "ruvifist:hovering"]
+    for armed in ([], ["--armed"]):
+        assert cli.main([*words, *armed]) == 2
+        said = capsys.readouterr().err
+        assert (
+            f"plan.yaml: was planned for {other}, and --vehicle names ruvifist:hovering; plan again" in said
+        )
+    (files / "plan.yaml").write_text(f"vehicle: ruvifist:hovering\n{PLAN}")
+    assert cli.main(words) == 0
+
+
 def test_a_plan_outside_of_the_limits_depth_is_not_flown(files, capsys):
     (files / "limits.yaml").write_text(LIMIT_FILE.replace("shallowest_m: 0.1", "shallowest_m: 2"))
     assert cli.main(command("--armed")) == 2

@@ -59,6 +59,7 @@ def run(arguments: argparse.Namespace) -> int:
         if code != exit_codes.DONE:
             return code
     flight_plan = load_plan(plan)
+    fly.check_made_for(file, plan, flight_plan)
     wanted = fly.wanted_of(arguments, flight_plan)
     console = show.results(arguments.json)
     for table in fly.shown(flight_plan, limits, wanted):

@@ -43,6 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     limits, file_of_plan = load_limits(Path(arguments.limits)), Path(arguments.plan)
     plan = load_plan(file_of_plan)
     file = load_vehicle(arguments.vehicle)
+    check_made_for(file, file_of_plan, plan)
     wanted = wanted_of(arguments, plan)
     console = show.results(arguments.json)
     for table in shown(plan, limits, wanted):
@@ -58,6 +59,15 @@ def run(arguments: argparse.Namespace) -> int:
         to_json(outcome, wanted) | {"folder": str(folder.path), "plan": arguments.plan}, arguments.json
     )
     return exit_codes.DONE if outcome.all_known and outcome.end is End.FINISHED else exit_codes.NO
+
+
+def check_made_for(file: VehicleFile, file_of_plan: Path, plan: FlightPlan) -> None:
+    """Raise UsageError if the plan was made for another vehicle, or for another configuration of this one."""
+    named = f"{file.vehicle.name}:{file.configuration_chosen()}"
+    if plan.vehicle and plan.vehicle != named:
+        raise UsageError(
+            f"{file_of_plan}: was planned for {plan.vehicle}, and --vehicle names {named}; plan again for that one"
+        )
 
 
 def wanted_of(arguments: argparse.Namespace, plan: FlightPlan) -> Wanted:
