@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 
 from bridge.clock import Clock
-from bridge.errors import LinkError, LogError, SeatrialError
+from bridge.errors import SeatrialError
 from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle, new_folder
@@ -85,7 +85,7 @@ class RecordedHere:
         if self._recorder.kept.frames:
             try:
                 self._folder.add_event(self.crew.clock.unix_s(), words)
-            except LogError as error:
+            except SeatrialError as error:
                 self._tell(str(error))
         else:
             self._folder.discard()
@@ -125,7 +125,7 @@ class RecordedThere:
         for act in (note, partial(orders.next_dive, clock, time.sleep)):
             try:
                 act()
-            except (LinkError, LogError) as error:
+            except SeatrialError as error:
                 self._tell(str(error))
 
 

@@ -93,12 +93,18 @@ class DiveFolder:
         self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:
-        """Delete the recordings and folder of a dive without frames, unless it has events, notes or other files."""
-        about = self.about()
-        noted = bool(about.events or about.notes)
-        for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):
-            path.unlink(missing_ok=True)
+        """Delete the recordings and folder of a dive without frames, unless it has events, notes or other files.
+
+        A dive.yaml that can't be read may have some, and a disk that fails keeps all.
+        """
+        try:
+            about = self.about()
+            noted = bool(about.events or about.notes)
+        except ConfigError:
+            noted = True
         with contextlib.suppress(OSError):
+            for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):
+                path.unlink(missing_ok=True)
             self.path.rmdir()
 
     def telemetry(self) -> list[Path]:

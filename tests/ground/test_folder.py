@@ -134,6 +134,13 @@ def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(folder, notes, k
     assert not kept or [path.name for path in folder.path.iterdir()] == ["dive.yaml"]
 
 
+def test_an_empty_dive_whose_description_can_not_be_read_keeps_it(folder):
+    folder.open_telemetry(1).close()
+    (folder.path / "dive.yaml").write_text("notes: [the tether")
+    folder.discard()
+    assert [path.name for path in folder.path.iterdir()] == ["dive.yaml"]
+
+
 def test_notes_written_by_many_programs_at_once_are_all_kept(folder):
     # On a loaded computer a writer may stand still with the lock for longer than any change takes.
     words = "import sys; from pathlib import Path; from gcs_plugin import locks; locks.CHANGE_S = 60.0; "
