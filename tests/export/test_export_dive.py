@@ -3,7 +3,7 @@
 import json
 import struct
 import sys
-from dataclasses import replace
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +13,7 @@ from rosbags.highlevel import AnyReader
 from bench.missions.mission import draw_one
 from bridge import exit_codes
 from identify.dive import Dive, Signal
-from identify.export.mcap import flown, topics, write_mcap
+from identify.export.mcap import FIELDS, flown, topics, write_mcap
 from identify.ingest.mapping.proposal_of_runs import propose
 from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import read_bag
@@ -81,6 +81,17 @@ def test_each_signal_is_a_topic_whose_fields_end_in_their_units_at_the_vehicles_
     assert len(depths) == 20
     assert depths[1].log_time == 1_700_000_003_500_000_000
     assert struct.unpack("<4s2d", depths[1].data) == (b"\0\1\0\0", 3.25, dive.depth.value[1, 0])
+
+
+def test_every_signal_that_a_dive_can_have_has_a_topic_of_its_own():
+    widths = dict.fromkeys(("pwm", "rpm", "effort", "thrust_cmd"), 8)
+    widths |= {name: len(own) for name, own in FIELDS.items()}
+    names = [each.name for each in fields(Dive) if each.type == Signal | None]
+    signals = {name: Signal(TIME_S, columns(widths[name], 0.1)) for name in names}
+    dive = Dive("d", Path("d.tlog"), "", **signals)
+    made_of = list(topics(dive))
+    assert len({topic.name for topic in made_of}) == len(names) == len(made_of)
+    assert "/commands/sticks" in {topic.name for topic in made_of}
 
 
 def test_the_decoder_of_ros_reads_the_same_numbers_and_an_unknown_one_stays_unknown(tmp_path):
