@@ -1,5 +1,6 @@
 """Whether the feed-forward of one axis is right, by the PID beside it or by its tracking errors; limits: `raising`."""
 
+import math
 from dataclasses import dataclass
 from typing import Final
 
@@ -93,18 +94,20 @@ def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
         return [Criterion(axis, None, "no speed was held: nothing is known of it")]
     worst = max(abs(at.error) / at.speed for at in tracking.speeds)
     top = float(np.abs(dive.nu_ref.value[:, dof]).max())
-    growing = tracking.acceleration_less_delay / top
-    limits = (MOST_OF_PAPER * PAPER_STEADY, MOST_OF_PAPER * PAPER_SPEEDING_UP)
+    judged = [("held speed", worst, MOST_OF_PAPER * PAPER_STEADY, "speed held")]
+    # A reference that jumps from speed to speed does not speed up.
+    if math.isfinite(tracking.acceleration):
+        growing = tracking.acceleration_less_delay / top
+        judged.append(
+            ("speeding up", growing, MOST_OF_PAPER * PAPER_SPEEDING_UP, "top speed, its delay taken out")
+        )
     return [
         _judged(
             f"{axis} {situation}",
             share <= limit,
             f"off by {100 * share:.1f} % of the {of}, at most {100 * limit:.1f} %",
         )
-        for situation, share, limit, of in (
-            ("held speed", worst, limits[0], "speed held"),
-            ("speeding up", growing, limits[1], "top speed, its delay taken out"),
-        )
+        for situation, share, limit, of in judged
     ]
 
 

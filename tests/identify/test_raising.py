@@ -253,6 +253,20 @@ def test_feed_forward_alone_is_judged_by_the_papers_errors():
     }
 
 
+def test_feed_forward_alone_on_a_reference_that_jumps_is_judged_by_the_speeds_that_it_holds():
+    dive = flown(Mode.ALONE)
+    reference = dive.nu_ref.value.copy()
+    for dof, (_, _, top) in TRUTH.items():
+        reference[:, dof] = top * np.sign(reference[:, dof]) * (np.abs(reference[:, dof]) > 0.5 * top)
+        reference[:, 6 + dof] = 0.0
+    jumping = replace(dive, nu_ref=Signal(dive.nu_ref.time_s, reference))
+    raising = judged(_on_course(jumping, 1.0))
+    passed = {criterion.quantity: criterion.passed for criterion in raising.criteria}
+    assert passed["surge held speed"] is True
+    assert "surge speeding up" not in passed
+    assert raising.go
+
+
 def _on_course(dive, share):
     """Going at a share of what the reference asks for, without delay."""
     time_s, wanted = dive.nu_ref.time_s, share * dive.nu_ref.value[:, :6]
