@@ -174,4 +174,5 @@ def _thruster(vehicle: ET.Element, model: Model, i: int, propeller: Propeller) -
     element(plugin, "max_thrust_cmd", propeller.high_n * propeller.gain)
     element(plugin, "min_thrust_cmd", propeller.low_n * propeller.gain * propeller.reverse_gain)
     if propeller.dead_zone_n or propeller.least_n:
-        element(plugin, "deadband", max(propeller.dead_zone_n, propeller.least_n))
+        # As the limits, of the force that is sent, which the gain is in.
+        element(plugin, "deadband", max(propeller.dead_zone_n, propeller.least_n) * propeller.gain)

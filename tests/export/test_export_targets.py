@@ -115,7 +115,7 @@ def test_gazebos_thrusters_hold_limits_gains_and_a_dead_zone(rich):
     first, second = xml(rich, "gazebo").findall(".//plugin[@name='gz::sim::systems::Thruster']")[:2]
     assert float(first.findtext("max_thrust_cmd")) == 1.25 * rich.thrusters[0].high_n
     assert float(first.findtext("min_thrust_cmd")) == 1.25 * rich.thrusters[0].low_n * 0.8
-    assert float(first.findtext("deadband")) == 0.5
+    assert float(first.findtext("deadband")) == 1.25 * 0.5
     assert second.find("deadband") is None
     rho, diameter, c = (
         float(second.findtext(tag)) for tag in ("fluid_density", "propeller_diameter", "thrust_coefficient")
