@@ -19,7 +19,7 @@ from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.files import check_small
 from bridge.vehicle.config import VehicleFile
 from bridge.version import installed
-from identify.ingest.ros.bags import READERS as BAGS
+from identify.ingest.ros.bags import ending_of
 from identify.ingest.ros.definitions import files_beside
 
 if TYPE_CHECKING:
@@ -223,7 +223,7 @@ def own_columns(recording: Recording) -> Path | None:
 
 def definitions(recording: Recording) -> tuple[Path, ...]:
     """The files beside a bag that define its types."""
-    bags = [file for file in recording.files if file.suffix.lower() in BAGS]
+    bags = [file for file in recording.files if ending_of(file)]
     return tuple(files_beside(bags[0])) if bags else ()
 
 

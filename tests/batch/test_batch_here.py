@@ -19,9 +19,19 @@ from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from identify.batch import cluster as batch_cluster
 from identify.batch.cluster import pack, run_on_cluster, run_parcel, unpack
-from identify.batch.jobs import IDENTIFY, PLACE, answering, job_for, own_columns, run_job, thrust_table
+from identify.batch.jobs import (
+    IDENTIFY,
+    PLACE,
+    answering,
+    definitions,
+    job_for,
+    own_columns,
+    run_job,
+    thrust_table,
+)
 from identify.batch.recordings import find_recordings
 from identify.batch.run import run_here
+from identify.ingest.ros.bags import READERS
 
 FILE = batch_jobs.FILE
 
@@ -219,6 +229,20 @@ def test_a_table_arrives_with_the_column_map_of_its_folder_or_of_the_command(tmp
     (recording,) = find_recordings([str(dive / "telemetry.csv")]).recordings
     job = job_for("batch_jobs:size", recording, batch_jobs.FILE, "likelihood", other)
     assert unpack(pack(job), tmp_path / "elsewhere").columns.read_text() == "time: u\n"
+
+
+@pytest.mark.parametrize("ending", READERS)
+def test_a_bag_arrives_with_the_definitions_beside_it_on_which_its_key_rests(tmp_path, ending):
+    bag = tmp_path / f"swim{ending}"
+    bag.write_bytes(b"bag")
+    bare = batch_jobs.job_on(bag, "size", batch_jobs.FILE)
+    definition = tmp_path / "our_msgs" / "msg" / "Dvl.msg"
+    definition.parent.mkdir(parents=True)
+    definition.write_text("float64 u\n")
+    job = batch_jobs.job_on(bag, "size", batch_jobs.FILE)
+    assert job.key != bare.key
+    arrived = unpack(pack(job), tmp_path / "there")
+    assert [file.read_text() for file in definitions(arrived.recording)] == ["float64 u\n"]
 
 
 def test_nothing_stays_where_a_parcel_was_done_and_errors_name_the_senders_files(
