@@ -56,6 +56,14 @@ def test_every_usual_form_gives_the_same_numbers(tmp_path, text, name):
     assert stream.text == {}
 
 
+@pytest.mark.parametrize("separator", [";", "\t"])
+def test_numbers_with_decimal_commas_may_begin_with_whole_ones_as_of_a_vehicle_at_rest(tmp_path, separator):
+    rows = ["t;z", *(f"{k};0" for k in range(50)), *(f"{50 + k};{k},5" for k in range(50))]
+    stream, _ = text_table(of(tmp_path, "\n".join(rows).replace(";", separator)))
+    assert stream.columns["t"].tolist() == list(range(100))
+    assert stream.columns["z"].tolist() == [0.0] * 50 + [k + 0.5 for k in range(50)]
+
+
 def test_a_table_in_gzip_and_one_in_the_wide_text_of_a_spreadsheet_are_read(tmp_path):
     plain = "t,z\n0,1.5\n"
     for data in (gzip.compress(plain.encode()), plain.encode("utf-16")):

@@ -4,7 +4,7 @@ import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from itertools import chain
+from itertools import chain, islice
 from pathlib import Path
 from typing import Final
 
@@ -82,7 +82,7 @@ def read_table(path: Path) -> Streams:
     kept = [i for i, line in enumerate(lines) if line and not line.isspace() and not line.startswith(COMMENT)]
     if not kept:
         raise LogError(f"{_no_rows()}", path)
-    form = _sniffed([lines[i] for i in kept[: SNIFFED + 1]])
+    form = _sniffed([lines[i] for i in kept])
     if form.separator == " ":
         lines = [" ".join(line.split()) for line in lines]
     comments = [line.lstrip("#% \t") for line in lines[: kept[0]] if line.startswith(COMMENT)]
@@ -138,20 +138,27 @@ def _no_rows() -> str:
 
 
 def _sniffed(lines: Sequence[str]) -> _Form:
-    """The form in which most lines have as many cells as the first, and more than one."""
-    best, most = _Form(",", False), 0
+    """The form in which most of the first lines have as many cells as the first of all, and more than one."""
+    best, most, head = _Form(",", False), 0, lines[: SNIFFED + 1]
     for separator in SEPARATORS:
         form = _Form(separator, False)
-        tried = [UNIT_APART.sub("_", " ".join(line.split())) for line in lines] if separator == " " else lines
+        tried = [UNIT_APART.sub("_", " ".join(line.split())) for line in head] if separator == " " else head
         counts = [form.count(line) for line in tried]
         alike = sum(count == counts[0] for count in counts[1:]) if counts[0] > 1 else 0
         if alike > most:
             best, most = form, alike
-    if best.separator == ",":
-        return best
-    cells = [cell for line in lines[1:] for cell in best.cells(line)]
-    point = any("." in cell and best.is_number(cell) for cell in cells)
-    return _Form(best.separator, not point and any(DECIMAL_COMMA.fullmatch(cell) for cell in cells))
+    return _Form(best.separator, best.separator != "," and _has_decimal_commas(lines[1:], best))
+
+
+def _has_decimal_commas(lines: Sequence[str], form: _Form) -> bool:
+    """Whether the first lines with a fraction have it behind a comma; a vehicle at rest begins with whole ones."""
+    broken = (line for line in lines if "," in line or "." in line)
+    while first := list(islice(broken, SNIFFED)):
+        cells = [cell for line in first for cell in form.cells(line)]
+        point = any("." in cell and form.is_number(cell) for cell in cells)
+        if point or any(DECIMAL_COMMA.fullmatch(cell) for cell in cells):
+            return not point
+    return False
 
 
 def _names(
