@@ -279,7 +279,7 @@ def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drift
 
 
 MAGIC = b"\xa3\x95"
-ATT, RCOU, IMU, ARM = 1, 2, 3, 4
+ATT, RCOU, IMU, ARM, RFND = 1, 2, 3, 4, 5
 
 
 def form(kind: int, name: str, letters: str, columns: str, size: int) -> bytes:
@@ -320,6 +320,28 @@ def test_units_instances_and_unused_outputs_come_out_right(tmp_path: Path) -> No
     assert dive.pwm.value[3] == pytest.approx([1503, 1400])
     assert dive.gyro.value.tolist() == [[0.0, 0.0, 0.25]] * 40
     assert dive.armed.held_at(np.array([2.5, 4.5]))[:, 0].tolist() == [0.0, 1.0]
+
+
+@pytest.mark.parametrize("stated", [True, False])
+def test_an_echo_sounder_without_an_echo_tells_no_distance(tmp_path: Path, stated: bool) -> None:
+    """The autopilot goes on to log the last distance, or 0, with a state that is not that of a good one."""
+    readings = [(3.0, 4), (0.0, 1), (3.0, 1), (9.0, 3), (2.5, 4)]
+    letters, columns = (
+        ("QBfBB", "TimeUS,Instance,Dist,Stat,Orient") if stated else ("QfB", "TimeUS,Dist,Orient")
+    )
+    data = log() + form(RFND, "RFND", letters, columns, 15 if stated else 13)
+    for k, (distance, state) in enumerate(readings):
+        us = 2_000_000 + 100_000 * k
+        body = (
+            struct.pack("<QBfBB", us, 0, distance, state, 25)
+            if stated
+            else struct.pack("<QfB", us, distance, 25)
+        )
+        data += MAGIC + bytes([RFND]) + body
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(data)
+    expected = [3.0, NAN, NAN, NAN, 2.5] if stated else [3.0, 0.0, 3.0, 9.0, 2.5]
+    assert read_dive(path).altitude.value[:, 0] == pytest.approx(expected, nan_ok=True)
 
 
 def test_a_damaged_stretch_is_skipped_and_counted(tmp_path: Path) -> None:

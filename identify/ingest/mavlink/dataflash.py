@@ -28,6 +28,7 @@ FMT, FMT_BYTES = 0x80, 89
 HEADER_BYTES = 3
 DEGREE = np.pi / 180
 FIX_2D = 2
+DOWNWARD, IN_RANGE = 25, 4
 BAROMETERS = range(3)
 FEWEST_PRESSURES = 20
 PA_PER_M = 9810.0
@@ -224,7 +225,7 @@ def _signals(log: _Log) -> dict[str, Signal]:
         "specific_force": specific_force,
         "pressure": pressure and held_pressure.dated(pressure, dvl, attitude),
         "depth": depth if pressure is None else None,
-        "altitude": log.signal("RFND", ("Dist",), Orient=25),
+        "altitude": _altitude(log),
         "pwm": _pwm(log),
         "voltage": log.signal("BAT", ("Volt",), Instance=0) or log.signal("CURR", ("Volt",)),
         "armed": _armed(log),
@@ -275,6 +276,14 @@ def _is_water(pressure: Signal, depth: Signal) -> bool:
     (of_depth, both), (_, of_pressure) = np.cov(deep[known], read[known])
     like = both > LEAST_ALIKE * np.sqrt(of_depth * of_pressure)
     return bool(like and abs(both / of_depth / PA_PER_M - 1) < RISE_OFF)
+
+
+def _altitude(log: _Log) -> Signal | None:
+    """Distance to the bottom; NaN where the sounder had no echo in its range: it then stays the last one, or is 0."""
+    read = log.signal("RFND", ("Dist", "Stat"), Orient=DOWNWARD)
+    if read is None:
+        return log.signal("RFND", ("Dist",), Orient=DOWNWARD)
+    return Signal(read.time_s, np.where(read.value[:, 1:] == IN_RANGE, read.value[:, :1], np.nan))
 
 
 def _pwm(log: _Log) -> Signal | None:
