@@ -2,8 +2,10 @@
 
 import importlib
 import random
+import shutil
 import sqlite3
 import struct
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -243,6 +245,30 @@ def without_definitions(file: Path) -> Path:
         database.execute("DROP TABLE message_definitions")
     database.close()
     return file
+
+
+def test_a_db3_whose_killed_recorder_left_messages_in_the_log_beside_it_is_not_read_without_them(
+    tmp_path: Path,
+) -> None:
+    """ROS 2 records so with `--storage-preset-profile resilient`."""
+    written = write_bag(tmp_path, "db3", swim(ROS2, COUNT))
+    killed = tmp_path / "killed.db3"
+    with closing(sqlite3.connect(written)) as database:
+        database.execute("PRAGMA journal_mode=WAL")
+        database.execute("CREATE TABLE later AS SELECT * FROM messages WHERE id > 10")
+        database.execute("DELETE FROM messages WHERE id > 10")
+        database.commit()
+        database.execute("PRAGMA wal_checkpoint(TRUNCATE)")
+        database.execute("INSERT INTO messages SELECT * FROM later")
+        database.commit()
+        for end in ("", "-wal"):
+            shutil.copy(f"{written}{end}", f"{killed}{end}")
+    with pytest.raises(LogError, match=r"killed\.db3: lacks the messages in killed\.db3-wal"):
+        read_bag([killed])
+    with closing(sqlite3.connect(killed)) as database:
+        database.execute("PRAGMA journal_mode=delete")
+    yaws = topics(read_bag([killed]))["/imu"].columns["angular_velocity.z"]
+    assert yaws.tolist() == (ROWS / 8).tolist()
 
 
 def test_types_of_ros_need_no_definition_in_the_bag(tmp_path: Path) -> None:

@@ -33,6 +33,13 @@ def read_db3(path: Path, wanted: Wanted) -> Iterator[Message]:
         header = file.read(HEADER_BYTES)
     if not header.startswith(MAGIC) or len(header) < HEADER_BYTES:
         raise LogError("is no database of a ROS 2 bag; check the file", path)
+    log = path.with_name(path.name + "-wal")
+    if log.exists() and log.stat().st_size:
+        raise LogError(
+            f"lacks the messages in {log.name}, which its recorder left when it was killed; take them in with "
+            f"`sqlite3 {path.name} 'PRAGMA journal_mode=delete'`, or delete {log.name} to go without",
+            path,
+        )
     stated = int.from_bytes(header[PAGE_SIZE], "big")
     page_bytes = LARGEST_PAGE_BYTES if stated == 1 else stated
     is_cut = path.stat().st_size < int.from_bytes(header[PAGES], "big") * page_bytes
