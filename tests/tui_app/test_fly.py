@@ -1,5 +1,6 @@
 """Fly: nothing is armed without a limit file and a typed word; what is flown and known is shown; one key ends it."""
 
+import hashlib
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,9 +16,11 @@ LIMITS = (
     "shallowest_m: 0.3\ndeepest_m: 4\naltitude_m: 0\ndistance_m: 4\nspeed_m_s: 0.8\ntilt_deg: 25\nbattery_v: 13\n"
     "time_s: 900\n"
 )
+PLAN = "name: plan\n"
 PROPOSED = {
     "plan": "plan",
     "file": "dives/calibrate-plan.yaml",
+    "sha256": hashlib.sha256(PLAN.encode()).hexdigest(),
     "manoeuvres": {"1. surge": [8.0, 16.0], "2. yaw": [12.0]},
     "limits": {"shallowest_m": 0.3, "deepest_m": 4.0, "altitude_m": 0.0, "distance_m": 4.0, "speed_m_s": 0.8,
                "tilt_deg": 25.0, "battery_v": 13.0, "time_s": 900.0, "link_s": 3.0, "hold_s": 60.0, "travel_m_s": 0.2},
@@ -41,6 +44,7 @@ def limits(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "limits.yaml").write_text(LIMITS)
     (tmp_path / "dives").mkdir()
+    (tmp_path / "dives" / "calibrate-plan.yaml").write_text(PLAN)
     return tmp_path / "limits.yaml"
 
 
@@ -90,6 +94,17 @@ def test_limits_that_changed_since_they_were_read_are_not_flown(limits):
         limits.write_text(LIMITS.replace("deepest_m: 4", "deepest_m: 40"))
 
     (notice,) = on(made, "p", change, "f", *"FLY", "enter")
+    assert notice == "nothing was sent: plan or limits are others by now; plan again"
+    assert flights(made) == []
+
+
+def test_a_plan_that_another_program_wrote_over_the_one_shown_is_not_flown():
+    made = verbs()
+
+    def plan_another(_):
+        Path("dives/calibrate-plan.yaml").write_text("name: another\n")
+
+    (notice,) = on(made, "p", "f", Sees("Type FLY"), plan_another, *"FLY", "enter")
     assert notice == "nothing was sent: plan or limits are others by now; plan again"
     assert flights(made) == []
 

@@ -4,6 +4,7 @@ By way of the recording that runs, if one holds the link; else it is recorded he
 """
 
 import argparse
+import hashlib
 import math
 import os
 import select
@@ -191,6 +192,7 @@ def proposed(
     return {
         "plan": plan.name,
         "file": str(file),
+        "sha256": hashlib.sha256(file.read_bytes()).hexdigest(),
         "manoeuvres": plan.manoeuvres,
         "limits": asdict(limits),
         "know": list(wanted.names),

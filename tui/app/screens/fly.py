@@ -3,6 +3,7 @@
 The verb `calibrate` does all of it: without `--armed` it answers with the plan, with it it flies.
 """
 
+import hashlib
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -50,16 +51,25 @@ NOW_CELLS: Final = 30
 class Proposed:
     """A plan to be flown, as the verb answers it: the lengths in seconds of each manoeuvre's pieces, by its title.
 
-    `refused`: why it will not be flown, "" if it may.
+    `sha256` is that of its file; `refused`: why it will not be flown, "" if it may.
     """
 
     plan: str
     file: str
+    sha256: str
     manoeuvres: dict[str, tuple[float, ...]]
     limits: FlightLimits
     know: tuple[str, ...]
     asked_percent: float
     refused: str
+
+
+def is_unchanged(proposed: Proposed) -> bool:
+    """Whether the file still holds the plan that is shown: every planning into one folder writes the same file."""
+    try:
+        return hashlib.sha256(Path(proposed.file).read_bytes()).hexdigest() == proposed.sha256
+    except OSError:
+        return False
 
 
 def mistakes(texts: Mapping[str, str]) -> dict[str, str]:
@@ -250,7 +260,8 @@ class FlyScreen(StationScreen):
         if self._system != system:
             return "another vehicle is heard"
         limits = mistakes(self._texts) or load_limits(Path(self._texts[LIMITS])) != proposed.limits
-        return "plan or limits are others by now; plan again" if limits or self._proposed != proposed else ""
+        others = limits or self._proposed != proposed or not is_unchanged(proposed)
+        return "plan or limits are others by now; plan again" if others else ""
 
     @property
     def flies(self) -> bool:
