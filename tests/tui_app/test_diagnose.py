@@ -37,7 +37,7 @@ def leave(words):
 def verb(tmp_path, **how):
     """A diagnosis that waits until it is let go, beside a list of the check dive."""
     rows = [dive("validation", folder=str(tmp_path / CHECK))]
-    results = {"dives": rows, "diagnose": diagnosis()}
+    results = {"dives": rows, "diagnose": diagnosis(), "params": None}
     return FakeVerbs(results, **{"tells": [TRYING], "held": ("diagnose",), "leave": leave} | how)
 
 
@@ -173,6 +173,35 @@ def test_a_key_opens_parameters_with_what_was_accepted(tmp_path):
     desk, param = desk_with(tmp_path, jobs=Jobs(verbs)), tmp_path / DIVE / "diagnosed.param"
     param.write_text("", encoding="utf-8")
     played(desk, "4", "p", shows(ParametersScreen), lambda _: desk.param == param, size=WIDE)
+
+
+def diffs(verbs):
+    """The files that were compared with the vehicle."""
+    return [Path(words[2]).name for words in verbs.words if words[:2] == ("params", "diff")]
+
+
+def test_a_model_of_an_earlier_diagnosis_is_compared_no_more_once_a_newer_one_found_nothing(tmp_path):
+    folder = tmp_path / DIVE
+
+    def finds_nothing(words):
+        if words[0] == "diagnose":
+            (folder / "diagnosis.json").write_text(json.dumps(diagnosis()), encoding="utf-8")
+
+    verbs = verb(tmp_path, held=(), leave=finds_nothing)
+    desk = desk_with(tmp_path, jobs=Jobs(verbs))
+    (folder / "diagnosed.param").write_text("FF1_M_U,1\n", encoding="utf-8")
+    played(desk, "4", "p", shows(ParametersScreen), "4", "d", "5", shows(ParametersScreen))
+    assert diffs(verbs) == ["diagnosed.param"]
+
+
+def test_what_a_diagnosis_accepts_is_compared_though_the_identification_was_looked_at_before(tmp_path):
+    folder = tmp_path / DIVE
+    verbs = verb(tmp_path, held=())
+    desk = desk_with(tmp_path, diagnosed=False, jobs=Jobs(verbs))
+    desk.param = folder / "identified.param"
+    desk.param.write_text("FF1_M_U,1\n", encoding="utf-8")
+    played(desk, "5", "4", "d", "5", shows(ParametersScreen))
+    assert diffs(verbs) == ["identified.param", "diagnosed.param"]
 
 
 def test_a_diagnosis_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept_nowhere(tmp_path):

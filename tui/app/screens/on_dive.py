@@ -85,7 +85,8 @@ class DiveScreen(StationScreen):
 
     def action_start(self) -> None:
         if self.dive is not None:
-            self.desk.dive = self.dive
+            # What was put on the desk before may be overtaken by what this leaves.
+            self.desk.dive, self.desk.param = self.dive, None
             self.desk.jobs.start(self.VERB, self.words(self.dive, self.desk.vehicle_of(self.dive)))
             self.look()
 
