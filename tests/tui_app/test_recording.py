@@ -104,6 +104,17 @@ def test_a_recording_that_the_app_did_not_begin_is_not_declined():
     assert boat.orders == []
 
 
+def test_a_recording_that_another_program_began_after_the_apps_is_not_declined():
+    boat = Boat()
+
+    def another_program_records(_):
+        boat.recorded = Path(SECOND["folder"])
+
+    notices = after(["ctrl+g", another_program_records, "ctrl+d"], boat, SILENT)
+    assert notices[-1] == "the app has begun no recording just now; nothing was ended"
+    assert boat.orders == ["begin"]
+
+
 def test_where_a_link_is_named_the_recording_begins_with_the_app_and_is_announced():
     boat = Boat()
     (notice,) = after([], boat, SILENT, begins=True)

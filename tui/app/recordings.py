@@ -28,6 +28,7 @@ class Recordings(Shell):
 
     _off_may_record = False
     _declinable_until_s = -math.inf
+    _declinable: Path | None = None
 
     @cached_property
     def _news(self) -> RecordingNews:
@@ -64,7 +65,7 @@ class Recordings(Shell):
                 f"nothing is recorded: {error}", lambda: not self._views.view().records, "error", TELL_S
             )
             return
-        self._declinable_until_s = self._clock() + ANNOUNCED_S
+        self._declinable_until_s, self._declinable = self._clock() + ANNOUNCED_S, self.desk.recorded()
         of = f" of {', '.join(self.desk.links())}" if self.desk.links() else ""
         self.notify(
             f"a recording{of} has begun, and goes on when the app is left; "
@@ -75,7 +76,8 @@ class Recordings(Shell):
     def action_decline(self) -> None:
         """End the recording that the app has just begun, and look at its link without one."""
         end, begun = self.desk.end_recording, self.desk.recorded()
-        if end is None or begun is None or self._clock() > self._declinable_until_s:
+        is_ours = begun == self._declinable and self._clock() <= self._declinable_until_s
+        if end is None or begun is None or not is_ours:
             self.notify("the app has begun no recording just now; nothing was ended")
             return
         self._declinable_until_s, self._off_may_record = -math.inf, False
