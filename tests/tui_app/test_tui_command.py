@@ -166,6 +166,16 @@ def test_a_recording_that_does_not_start_says_why_and_one_that_says_nothing_is_n
         begin(lambda _: None)
 
 
+@pytest.mark.usefixtures("process")
+def test_a_recording_whose_folder_of_state_can_not_be_made_does_not_end_the_app(tmp_path, monkeypatch):
+    (tmp_path / "state").write_text("no folder")
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    with pytest.raises(
+        LinkError, match=r"did not start: .*state/seatrial: Not a directory; check the rights"
+    ):
+        begin(lambda _: HOLDING)
+
+
 def test_without_a_recording_there_is_no_hub():
     assert recorder.recording(UNIX_S) is None
     with pytest.raises(LinkError, match="no recording runs"):

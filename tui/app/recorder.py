@@ -80,19 +80,25 @@ def begin(
 ) -> Holding:
     """Start `seatrial record` in a session of its own, and return once it reports.
 
-    Raises LinkError with the process's own last words if it ends instead.
+    Raises LinkError with the process's own last words if it ends instead, or if it can't be started.
     """
     log = state_file().with_name("record.log")
-    log.parent.mkdir(parents=True, exist_ok=True)
-    with log.open("wb") as words:
-        process = subprocess.Popen(
-            record_command(arguments),
-            stdin=subprocess.DEVNULL,
-            stdout=words,
-            stderr=words,
-            start_new_session=True,
-            env=os.environ | {reports.VARIABLE: reports.FORM},
-        )
+    try:
+        log.parent.mkdir(parents=True, exist_ok=True)
+        with log.open("wb") as words:
+            process = subprocess.Popen(
+                record_command(arguments),
+                stdin=subprocess.DEVNULL,
+                stdout=words,
+                stderr=words,
+                start_new_session=True,
+                env=os.environ | {reports.VARIABLE: reports.FORM},
+            )
+    except OSError as error:
+        raise LinkError(
+            f"the recording did not start: {error.filename or log}: {error.strerror}; check the rights of its "
+            "folder, and the disk"
+        ) from None
     # A killed process would otherwise remain as a zombie, and look alive, until this process ends.
     threading.Thread(target=process.wait, name="end of the recording", daemon=True).start()
     until_s = clock.boot_s() + PATIENCE_S
