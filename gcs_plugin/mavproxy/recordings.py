@@ -140,10 +140,12 @@ class Recordings:
         """Handle `record WORDS`; False for an unknown command. Raises SeatrialError."""
         match words:
             case ["start", *folder] if len(folder) <= 1:
+                root = Path(folder[0] if folder else "dives")
+                # The one that runs goes on where another can't begin.
+                following = Recording(root, self._vehicle(), self._clock, self._say)
                 self.stop()
-                self._root = Path(folder[0] if folder else "dives")
-                self._recording = Recording(self._root, self._vehicle(), self._clock, self._say)
-                self._say(self._recording.words())
+                self._root, self._recording = root, following
+                self._say(following.words())
             case ["next"]:
                 self._next()
             case ["stop"]:

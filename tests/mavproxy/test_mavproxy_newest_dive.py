@@ -63,6 +63,19 @@ def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_say
         recorder.stop()
 
 
+def test_a_recording_goes_on_where_another_can_not_begin():
+    recorder = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
+    recorder.command(["start"])
+    try:
+        (runs,) = recorder.status()
+        Path("notes.txt").write_text("no folder")
+        with pytest.raises(LogError, match="no dive folder can be made there"):
+            recorder.command(["start", "notes.txt"])
+        assert recorder.status() == [runs]
+    finally:
+        recorder.stop()
+
+
 def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():
     root = Path(__file__).resolve().parents[2]
     adapter = root / "gcs_plugin" / "mavproxy"
