@@ -45,6 +45,7 @@ class Work:
         self._job: Job | None = None
         self._of, self._at = "", Namespace()
         self._tenths: dict[str, int] = {}
+        self._before_ns: dict[Path, int] = {}
 
     def begin(self, function: str, dive: Path, options: list[str], vehicle: str) -> None:
         """Run `function` on `dive`. Raises ConfigError if one is running, or no vehicle file is known."""
@@ -70,6 +71,7 @@ class Work:
             words += _in_force(dive, at.vehicle, at.accepted or RECEIPTS)
             words += [word for effect in conditions_of(dive).impossible for word in ("--without", effect)]
         self._of, self._at, self._tenths = function, at, {}
+        self._before_ns = {place: _written_ns(place) for place in (Path(at.json), self._left)}
         self._job = Job(f"{function} {dive}", words, self._clock.boot_s())
         self._say(f"{function}: {dive}, in a process of its own; `seatrial cancel` ends it")
 
@@ -92,15 +94,15 @@ class Work:
         if job.code is None:
             return
         self._job = None
-        if job.code in (0, 1) and not job.cancelled and self._tenths:
+        done = job.code in (0, 1) and not job.cancelled
+        if done and self._is_new(Path(self._at.json)):
             self._answer()
         ending = (
             "stopped by the user" if job.cancelled else ENDED.get(job.code, f"failed, exit code {job.code}")
         )
         self._say(f"{job.title}: {ending}, after {now_s - job.began_s:.0f} s")
-        left = Path(self._at.param if self._of == "identify" else self._at.report)
-        if job.code in (0, 1) and not job.cancelled and left.exists():
-            self._say(f"{'seatrial params upload' if self._of == 'identify' else 'report:'} {left}")
+        if done and self._is_new(self._left):
+            self._say(f"{'seatrial params upload' if self._of == 'identify' else 'report:'} {self._left}")
 
     def cancel(self) -> bool:
         """Stop the function; False if none is running."""
@@ -120,6 +122,15 @@ class Work:
         if self._job is not None:
             self._job.kill()
             self._job = None
+
+    @property
+    def _left(self) -> Path:
+        """The file to go on with."""
+        return Path(self._at.param if self._of == "identify" else self._at.report)
+
+    def _is_new(self, place: Path) -> bool:
+        """Whether a file was written since the function began: an older one is of an earlier run."""
+        return _written_ns(place) != self._before_ns[place]
 
     def _hear(self, report: Report) -> None:
         """Say an error, and a step once a tenth."""
@@ -166,6 +177,14 @@ def diagnosed_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     yield from (
         f"  {line}" for line in (*texts["character"], *texts["disturbance"], *texts["next"], *texts["notes"])
     )
+
+
+def _written_ns(place: Path) -> int:
+    """When a file was written last, ns; 0 without it."""
+    try:
+        return place.stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 class _Options(ArgumentParser):

@@ -1,5 +1,6 @@
 """A command in a process of its own: its lines without waiting, and an end that is one."""
 
+import json
 import os
 import select
 import time
@@ -11,6 +12,7 @@ from jobs_at_work import refuse, square
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, FitError
+from bridge.reports import ERROR, Report, line
 from gcs_plugin import job as jobs
 from gcs_plugin.job import Job, side_by_side
 from gcs_plugin.mavproxy.work import Work
@@ -119,6 +121,42 @@ def test_an_option_that_mavproxy_does_not_take_is_refused_with_the_way_to_more(
     with pytest.raises(ConfigError, match=why):
         work.begin(function, tmp_path, options, "ruvifist")
     assert work.status() == []
+
+
+class Refused:
+    """A job that has come far, and then could not tell anything."""
+
+    title, began_s, code, cancelled = "identify", 0.0, 1, False
+
+    def __init__(self, *_):
+        self._said = [Report("likelihood", 0.5, "pass 3"), Report(ERROR, 1.0, "dive: no thruster pushed")]
+
+    def lines(self, _now_s):
+        said, self._said = self._said, []
+        return [line(report) for report in said]
+
+
+def test_the_answer_of_an_earlier_run_is_not_said_again_where_a_newer_one_has_none(tmp_path, monkeypatch):
+    monkeypatch.setattr("gcs_plugin.mavproxy.work.Job", Refused)
+    answer = {
+        "dive": {"name": "dive"},
+        "method": "likelihood",
+        "configuration": "hovering",
+        "outcome": "converged",
+    }
+    (tmp_path / "identified.json").write_text(
+        json.dumps(answer | {"parameters": [], "doubts": [], "notes": []})
+    )
+    (tmp_path / "identified.param").write_text("FF1_M_U,1\n")
+    said = []
+    work = Work(SimulatedClock(), said.append)
+    work.begin("identify", tmp_path, [], "ruvifist:hovering")
+    work.tick()
+    assert said[1:] == [
+        "likelihood: pass 3 (50%)",
+        "seatrial: dive: no thruster pushed",
+        "identify: done, and there is something to read before its values are used, after 0 s",
+    ]
 
 
 def test_each_result_comes_back_under_its_own_name_from_another_process():
