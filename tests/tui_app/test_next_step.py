@@ -600,6 +600,41 @@ def test_the_mode_is_typed_before_it_is_raised_and_with_armed_where_the_vehicle_
     assert any("nothing was sent" in notice for notice in notices) is not sent
 
 
+def test_a_mode_is_not_raised_past_the_one_that_was_asked_about(in_shadow):
+    """OFF was ordered, or the vehicle began anew, while the question stood: from off it goes to shadow alone."""
+    views = FixedViews(shown(1))
+
+    def is_off(_):
+        views.shown = shown(0)
+
+    notices = played(in_shadow.desk, "ctrl+u", Sees("Type BOTH"), is_off, *"both", "enter", views=views)
+    assert [words for words in in_shadow.verbs.words if words[0] == "ff"] == []
+    assert notices[0].startswith("not raised: the vehicle is another, or in another mode")
+
+
+def test_a_mode_that_another_vehicle_would_get_than_is_on_screen_now_is_not_sent(place):
+    views = FixedViews(shown(0))
+
+    def is_another(_):
+        (link,) = picture().links
+        views.shown = replace(view(), picture=replace(shown(0).picture, links=(replace(link, system=2),)))
+
+    notices = played(place.desk, "ctrl+u", Sees("vehicle 1"), is_another, *"shadow", "enter", views=views)
+    assert [words for words in place.verbs.words if words[0] == "ff"] == []
+    assert notices[0].startswith("not raised: the vehicle is another")
+
+
+def test_a_mode_that_is_asked_about_twice_is_sent_once(place):
+    place.verbs.held = ("ff",)
+    asked_twice = ("ctrl+u", Sees("Type SHADOW"), "ctrl+p", *"raise", "enter", Sees("Type SHADOW"))
+    answers = (*"shadow", "enter", *"shadow", "enter")
+    notices = played(place.desk, *asked_twice, *answers, views=FixedViews(shown(0)))
+    assert [words for words in place.verbs.words if words[0] == "ff"] == [
+        ("ff", "shadow", "--yes", "--system", "1")
+    ]
+    assert "not raised: a mode is on its way to the vehicle already" in notices
+
+
 def test_without_a_go_in_shadow_nothing_is_asked_and_the_reason_is_said(place):
     (notice,) = played(place.desk, "ctrl+u", views=FixedViews(shown(1)))
     assert notice.startswith("not raised: no dive in shadow since the upload was validated as a GO")

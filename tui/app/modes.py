@@ -47,7 +47,9 @@ class Modes(Recordings):
             return f"{ARMED} {mode.word.upper()}" if armed else mode.word.upper()
 
         def answered(typed: str | None) -> None:
-            if typed is not None and agrees(typed, asked()):
+            if typed is not None and (other := self._is_other(mode, view)):
+                self.notify(f"not raised: {other}", severity="warning")
+            elif typed is not None and agrees(typed, asked()):
                 self._send_mode(mode, view)
             elif typed is not None:
                 self.notify(f"'{typed}' is not {asked()}: nothing was sent", severity="warning")
@@ -84,6 +86,16 @@ class Modes(Recordings):
             )
         else:
             self._warn("the work on the flight is ended", lambda: jobs.runs(FLY))
+
+    def _is_other(self, mode: Mode, asked: View) -> str:
+        """Why a mode must not be set any more that was asked about with this view; "" if all is as it was."""
+        view = self._views.view()
+        now, why = raised_to(read_situation(self.desk, view))
+        if now is None or self.desk.jobs.runs(ORDER):
+            return why or BEING_SET
+        if now is not mode or view.picture.links[0].system != asked.picture.links[0].system:
+            return "the vehicle is another, or in another mode, since this was asked; nothing was sent, ask again"
+        return ""
 
     def _send_mode(self, mode: Mode, view: View) -> None:
         """Set the feed-forward of the vehicle on screen."""
