@@ -9,10 +9,11 @@ import pytest
 from fakes.telling import telling
 from fakes.terminal import Terminal, nobody
 from fakes.vehicle import FakeVehicle
+from full_disk import fill
 from parameter_vehicle import put_at_any_link
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge import exit_codes
+from bridge import exit_codes, reports
 from gcs_plugin.feedforward.off_orders import OffMarks
 from gcs_plugin.recording.state import HeardVehicle, state_file, write_holding
 from tui import cli
@@ -49,6 +50,17 @@ def test_off_asks_nothing_and_ends_when_the_vehicle_has_said_so(vehicle, monkeyp
     assert output["sent"] == len(vehicle.sets) > 0
     assert vehicle.server.mode == 0
     assert vehicle.closed
+
+
+@pytest.mark.usefixtures("vehicle")
+def test_who_asked_for_a_mode_has_the_answer_though_its_file_finds_no_room(tmp_path, monkeypatch, capsys):
+    fill(monkeypatch, tmp_path)
+    monkeypatch.setenv(reports.VARIABLE, reports.FORM)
+    code = run("shadow", "--yes", "--system", "1", "--json", str(tmp_path / "result.json"))
+    assert code == exit_codes.BAD_INPUT
+    told = filter(None, map(reports.read, capsys.readouterr().err.splitlines()))
+    (unkept,) = (report.result for report in told if report.of == reports.UNKEPT)
+    assert (unkept["mode"], unkept["done"]) == ("shadow", True)
 
 
 def test_off_on_a_vehicle_that_does_not_take_it_is_sent_until_the_time_given_is_up(vehicle, capsys):

@@ -15,7 +15,7 @@ from screen_text import WIDE, Lacks, Sees, played, said
 
 from bridge import exit_codes
 from bridge.plain import plain
-from bridge.reports import PAGE, Report
+from bridge.reports import PAGE, UNKEPT, Report
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params import last_accepted
 from gcs_plugin.params.files import write_parameters
@@ -684,6 +684,15 @@ def test_an_order_that_off_overruled_says_so(place):
     )
     why = says("feed-forward not set: OFF was ordered meanwhile and wins")
     played(place.desk, "ctrl+y", looks_anew, why, views=FixedViews(shown(3)))
+
+
+def test_a_mode_that_the_vehicle_took_is_said_so_though_the_answer_found_no_room_on_the_disk(place):
+    why = "result.json: the JSON can't be written (No space left on device); give another file"
+    place.verbs.code, place.verbs.errors = exit_codes.BAD_INPUT, (why,)
+    place.verbs.tells = [Report(UNKEPT, 1.0, why, result={"mode": "shadow", "done": True})]
+    place.verbs.results["ff"] = None
+    in_shadow = says("feed-forward in shadow, as the vehicle says")
+    played(place.desk, "ctrl+y", looks_anew, in_shadow, views=FixedViews(shown(3)))
 
 
 def test_off_ends_an_order_for_another_mode_that_is_on_its_way(place):

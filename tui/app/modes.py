@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 
-from bridge import exit_codes
 from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.watch.picture import Armed
 from tui.app.jobs import JobState
@@ -109,13 +108,14 @@ class Modes(Recordings):
         if self._ordered is None or state is None or state.done is None:
             return
         self._ordered = None
-        if state.done.code == exit_codes.DONE:
-            mode = state.done.result["mode"]
+        result = state.done.result if state.unkept is None else state.unkept
+        if result is not None and result.get("done"):
+            mode = result["mode"]
             words = f"feed-forward in {mode}, as the vehicle says"
             self._warn(words, self._stays_in(mode), "information", TELL_S)
             return
         # An order that another program's OFF overruled is no error of its program: its answer says so.
-        why = state.done.result["seen"] if state.done.result else state.failure
+        why = result["seen"] if result else state.failure
         why = "OFF was ordered meanwhile and wins" if state.cancelled else why
         self.notify(f"feed-forward not set: {why}", severity="error", timeout=TELL_S)
 

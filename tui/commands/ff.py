@@ -25,6 +25,7 @@ from gcs_plugin.params.plan import make_plan
 from gcs_plugin.peers import GROUND_STATION, Peers, ground_heartbeat
 from gcs_plugin.watch.channels import StatusTexts
 from tui import links, show
+from tui.files import Files
 
 PATIENCE_S: Final = 15.0
 SILENT_S: Final = 10.0
@@ -171,12 +172,17 @@ class Progress:
             "seconds": took_s,
             "seen": switch.words,
         }
-        show.write_json(outcome, json)
-        if switch.done:
+        with Files() as files:
+            files.json(outcome, json)
+        return files.code(self._answered())
+
+    def _answered(self) -> int:
+        """The exit code by what the vehicles say."""
+        if self._switch.done:
             return exit_codes.DONE
         if self.stopped:
             return exit_codes.INTERRUPTED
-        return exit_codes.NO if switch.heard or switch.refusal else exit_codes.LINK
+        return exit_codes.NO if self._switch.heard or self._switch.refusal else exit_codes.LINK
 
 
 def _not_heard(systems: tuple[int, ...]) -> str:
