@@ -6,7 +6,7 @@ import os
 from dataclasses import asdict, replace
 
 import pytest
-from fake_verbs import FakeVerbs
+from fake_verbs import FakeVerbs, let_go
 from fake_verbs import desk as made_desk
 from made_diagnosis import diagnosis
 from made_validation import raising, run
@@ -26,7 +26,7 @@ from tui.app.jobs import JobState
 from tui.app.next_step import Flight, Situation, Task, lowered_to, next_of, raised_to
 from tui.app.read_situation import read_situation
 from tui.app.screens.overlays import AskScreen
-from tui.app.view import heard_of
+from tui.app.view import Forcing, heard_of
 from tui.dive_list import VERSION, Glance
 
 HERE = Situation(heard=True, recording=True, linked=True)
@@ -702,6 +702,27 @@ def test_off_ends_an_order_for_another_mode_that_is_on_its_way(place):
     played(place.desk, *steps, views=views)
     assert views.forced == 1
     assert place.desk.jobs.state("ff").cancelled
+
+
+def stays(app):
+    assert not app._exit
+
+
+def test_while_a_mode_is_on_its_way_the_app_is_not_left_which_would_end_the_order(place):
+    place.verbs.held = ("ff",)
+    on_its_way = "vehicle 1 is being set to shadow"
+    kept = says(on_its_way, "a mode is on its way to the vehicle; leave once that has ended")
+    steps = ("ctrl+y", says(on_its_way), "ctrl+q", stays, kept, let_go, "ctrl+q", lambda app: app._exit)
+    played(place.desk, *steps, views=FixedViews(shown(3)))
+
+
+def test_while_off_is_not_confirmed_the_app_is_left_by_a_second_key_alone(place):
+    asked = replace(shown(3), forcing=Forcing("vehicle 1: sent 4 times", 4, False))
+    warned = says("OFF is not confirmed yet, and is sent no more once you leave; Ctrl-Q again leaves")
+    steps = ("ctrl+x", "ctrl+q", stays, warned, "ctrl+x", "ctrl+q", stays, "ctrl+q", lambda app: app._exit)
+    played(place.desk, *steps, views=FixedViews(asked))
+    done = replace(asked, forcing=replace(asked.forcing, done=True))
+    played(place.desk, "ctrl+x", "ctrl+q", lambda app: app._exit, views=FixedViews(done))
 
 
 def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):

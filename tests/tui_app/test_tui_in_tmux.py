@@ -162,7 +162,7 @@ def test_with_no_color_not_one_byte_of_colour_is_sent(tmp_path, port, vehicle):
         terminal.until("6 Validate", without=("Search for commands",))
         terminal.keys("1")
         terminal.until("; OFF", "surge u")
-        terminal.keys("C-q")
+        terminal.keys("C-q", "C-q")  # once more, since nobody has confirmed OFF
         terminal.until("ended with 0")
     finally:
         terminal.close()

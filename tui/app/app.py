@@ -28,7 +28,7 @@ from tui.app.jobs import aside
 from tui.app.keys import EVERYWHERE, Action, Keymap, bindings
 from tui.app.modes import Modes
 from tui.app.next_step import Flight, Situation, next_of
-from tui.app.read_situation import read_situation
+from tui.app.read_situation import ORDER, read_situation
 from tui.app.recordings import TELL_S
 from tui.app.screens.fly import FLY, flight_of
 from tui.app.screens.frame import StationScreen
@@ -120,11 +120,17 @@ class SeatrialApp(Modes, inherit_bindings=False):
             self.notify(f"{action.words}: there is nothing for it to do on {self.screen.title} now")
 
     async def action_quit(self) -> None:
-        """Leave the app; refused while parameters are being written, and asked twice while a long verb runs.
+        """Leave the app; refused while parameters or a mode are sent, and asked twice while a long verb runs or OFF is
+        not confirmed yet.
 
-        Verbs end with the app.
+        Verbs end with the app, and so does OFF.
         """
         jobs = self.desk.jobs
+        if jobs.runs(ORDER):
+            self._warn(
+                "a mode is on its way to the vehicle; leave once that has ended", lambda: jobs.runs(ORDER)
+            )
+            return
         if jobs.runs(WRITE):
             await self.action_open("parameters")
             self._warn("parameters are being written; leave once that has ended", lambda: jobs.runs(WRITE))
@@ -141,13 +147,20 @@ class SeatrialApp(Modes, inherit_bindings=False):
                 lambda: jobs.runs(FLY),
             )
             return
+        leaves = self._key_of_id("app.quit")
+        if self._is_off_under_way() and not self._off_may_end:
+            self._off_may_end = True
+            self._warn(
+                f"OFF is not confirmed yet, and is sent no more once you leave; {leaves} again leaves",
+                self._is_off_under_way,
+            )
+            return
         at_work = self._at_work()
         if at_work <= self._warned_of:
             self.exit()
             return
         self._warned_of |= at_work
         verbs = " and ".join(sorted(verb for verb, _ in at_work))
-        leaves = self._key_of_id("app.quit")
         self._warn(
             f"{verbs} at work, and lost if you leave now; {leaves} again leaves",
             lambda: bool(at_work & self._at_work()),

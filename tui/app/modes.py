@@ -20,6 +20,7 @@ class Modes(Recordings):
     """The app's actions on the feed-forward's mode and on the flight that runs."""
 
     _ordered: JobState | None = None
+    _off_may_end = False
 
     def action_force_off(self) -> None:
         """Force the feed-forward off without asking. The order uses the recording's links; begin one if none runs.
@@ -27,11 +28,17 @@ class Modes(Recordings):
         An order for another mode that is on its way is ended: it may not have begun to look out for OFF yet.
         """
         self._views.force_off()
+        self._off_may_end = False
         self.desk.jobs.cancel(ORDER)
         self._off_may_record = True
         if not self._views.view().records:
             self._record_for_off()
         self._show()
+
+    def _is_off_under_way(self) -> bool:
+        """Whether OFF is sent, and not every vehicle has said yet that it is off."""
+        forcing = self._views.view().forcing
+        return forcing is not None and not forcing.done
 
     def action_raise_ff(self) -> None:
         """Ask for the words that raise the feed-forward by one step, if its gate lets it."""
