@@ -56,7 +56,7 @@ def verbs(**options):
 
 def on(made, *steps, flies=True, **options):
     shown = replace(view(), picture=replace(picture(), flies=flies))
-    at = desk(made, out=Path("dives"))
+    at = desk(made, out=Path("dives"), link=options.pop("link", str))
     return played(at, "7", *steps, views=FixedViews(shown), **options)
 
 
@@ -85,6 +85,13 @@ def test_the_vehicle_is_armed_by_the_typed_word_alone(typed, flown):
     agreed = ("--plan", "dives/calibrate-plan.yaml", "--system", "1", "--armed")
     assert flights(made) == [(*ASKED, *agreed)] * flown
     assert any("nothing was sent" in notice for notice in notices) is not flown
+
+
+def test_a_vehicle_that_is_only_looked_at_flies_by_its_own_link():
+    made = verbs()
+    on(made, "p", "f", *"fly", "enter", link=lambda: "tcp:sub:5777")
+    (words,) = flights(made)
+    assert words[-3:] == ("--link", "tcp:sub:5777", "--armed")
 
 
 def test_limits_that_changed_since_they_were_read_are_not_flown(limits):

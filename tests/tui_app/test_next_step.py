@@ -650,6 +650,12 @@ def test_one_key_lowers_it_to_shadow_without_a_word_typed(place, armed):
     assert "vehicle 1 is being set to shadow" in notices
 
 
+def test_the_mode_of_a_vehicle_that_is_only_looked_at_goes_by_its_own_link(place):
+    place.desk.link = lambda: "tcp:sub:5777"
+    played(place.desk, "ctrl+y", views=FixedViews(shown(3)))
+    assert ("ff", "shadow", "--yes", "--system", "1", "--link", "tcp:sub:5777") in place.verbs.words
+
+
 def looks_anew(app):
     """A step that does what the app does before it draws."""
     app._tell_ordered()

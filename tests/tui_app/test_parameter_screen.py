@@ -264,6 +264,26 @@ def test_a_file_that_was_written_again_since_is_shown_again_and_not_sent(tmp_pat
     assert vehicle.writes == []
 
 
+def test_a_vehicle_that_is_only_looked_at_is_read_and_written_by_its_own_link():
+    """Without it, a verb goes to the vehicle of whatever recording runs."""
+    vehicle = FakeVehicle()
+    on_screen(vehicle, "u", "7", "enter", link=lambda: "tcp:sub:5777")
+    diff, upload = (words for words in vehicle.words if words[0] == "params")
+    for words in (diff, upload):
+        assert words[words.index("--link") + 1] == "tcp:sub:5777"
+
+
+def test_what_was_read_by_one_link_is_not_written_by_another_that_was_connected_since():
+    vehicle, links = FakeVehicle(), [("udpin:127.0.0.1:14550",)]
+
+    def connect_another(_):
+        links[0] = ("tcp:sub:5777",)
+
+    refused = Sees("another link has been connected since the vehicle was read: nothing was sent")
+    on_screen(vehicle, "u", "7", connect_another, "enter", refused, links=lambda: links[0])
+    assert vehicle.writes == []
+
+
 class Flying:
     """Views of a vehicle that says which set it flies, by a clock of the test."""
 

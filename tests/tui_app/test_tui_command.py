@@ -235,6 +235,7 @@ def test_a_link_that_is_only_looked_at_begins_nothing_and_shows_no_recording_of_
     goes_by.connect(Choice("tcp:sub:5777", records=False))
     assert (begun, len(station.changed)) == ([], 1)
     assert goes_by.recording(UNIX_S) is None
+    assert goes_by.link() == "tcp:sub:5777"
     assert connection(looked_at=HOLDING.links[0]).recording(UNIX_S) == HOLDING
 
 

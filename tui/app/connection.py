@@ -56,6 +56,10 @@ class Connection:
         """The links that a recording begun now would hold: those named, else those of the recording last seen."""
         return self._recorded
 
+    def link(self) -> str:
+        """The link that a verb must be given to reach the vehicle shown; "" where that of the recording leads there."""
+        return self._looked_at
+
     def recording(self, now_unix_s: float) -> Holding | None:
         """The recording of the vehicle shown, running or hanging."""
         if self._looked_at:

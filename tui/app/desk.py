@@ -46,7 +46,8 @@ class Desk:
     folder, `end_recording` ends it: both wait for it, return the folder of the finished dive, and raise
     SeatrialError; None if the app may not give such orders. `links` are those that `record` would record, () while
     none is known; `ways` lists the ways to a vehicle, and `connect` goes one of them, raises SeatrialError, and is
-    None if the app may not. `name_vehicle` takes FILE[:CONFIGURATION] for dives that name none, raises ConfigError if
+    None if the app may not; `link` is one that is only looked at, "" where the vehicle shown is that of the running
+    recording. `name_vehicle` takes FILE[:CONFIGURATION] for dives that name none, raises ConfigError if
     there is no such file, and is None if the app may not. `was_killed` says whether the recording of a process ended
     without having been told to.
     """
@@ -64,6 +65,7 @@ class Desk:
     end_recording: Callable[[], Path] | None = None
     links: Callable[[], tuple[str, ...]] = tuple
     ways: Callable[[], tuple[Way, ...]] = ways_now
+    link: Callable[[], str] = str
     connect: Callable[[Choice], None] | None = None
     name_vehicle: Callable[[str], None] | None = None
     was_killed: Callable[[int], bool] = lambda _: False
@@ -83,6 +85,13 @@ class Desk:
     def no_dive(self) -> str:
         """Sentence for a screen that has no dive to show."""
         return f"no dive in {self.out} yet; a recording makes one"
+
+    @property
+    def way(self) -> tuple[str, ...]:
+        """Option by which a verb reaches the vehicle shown: without it, a verb goes to that of the running recording,
+        which may be another one's."""
+        link = self.link()
+        return ("--link", link) if link else ()
 
     def read_dives(self) -> bool:
         """Begin to read the dives; False if they are being read already."""

@@ -106,7 +106,7 @@ class Modes(Recordings):
     def _send_mode(self, mode: Mode, view: View) -> None:
         """Set the feed-forward of the vehicle on screen."""
         system = str(view.picture.links[0].system)
-        self.desk.jobs.start(ORDER, (ORDER, mode.word, "--yes", "--system", system))
+        self.desk.jobs.start(ORDER, (ORDER, mode.word, "--yes", "--system", system, *self.desk.way))
         self._ordered = self.desk.jobs.state(ORDER)
 
     def _tell_ordered(self) -> None:

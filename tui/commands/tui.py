@@ -169,6 +169,7 @@ def _show(arguments: argparse.Namespace) -> int:
             next_dive=next_dive if acts else None,
             end_recording=end if acts else None,
             links=connection.links,
+            link=connection.link,
             connect=connection.connect if acts else None,
             name_vehicle=connection.name_vehicle if acts else None,
             was_killed=was_killed,

@@ -248,7 +248,7 @@ class FlyScreen(StationScreen):
             elif other := self._is_other(system, proposed):
                 self.notify(f"nothing was sent: {other}", severity="error")
             else:
-                self.desk.jobs.start(FLY, (*words, "--system", str(system), "--armed"))
+                self.desk.jobs.start(FLY, (*words, "--system", str(system), *self.desk.way, "--armed"))
 
         title = f"Type {WORD} to arm vehicle {system} and let it fly; keep a hand on the sticks"
         self.app.push_screen(AskScreen(title, "begins the countdown"), answered)

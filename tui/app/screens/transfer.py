@@ -73,6 +73,12 @@ class Transfer:
         self._read_of: tuple[Path, int] | None = None
         self._decided: tuple[tuple[Path, int] | None, dict[str, bool]] = (None, {})
         self._reads_back = False
+        self._read_by = self._by
+
+    @property
+    def _by(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
+        """The links by which a verb reaches the vehicle now."""
+        return self._desk.way, self._desk.links()
 
     @property
     def reads(self) -> bool:
@@ -102,7 +108,8 @@ class Transfer:
 
     def _begin(self) -> None:
         jobs = self._desk.jobs
-        receipts = ("--receipts", str(self._desk.receipts))
+        receipts = ("--receipts", str(self._desk.receipts), *self._desk.way)
+        self._read_by = self._by
         file = self._file()
         self._reads_back, self._taken = self.back, jobs.state(READ)
         if self.back:
@@ -285,6 +292,12 @@ class Transfer:
             self.read(back=False)
             self.trouble = f"{shown.file} has changed since it was shown: nothing was sent; look again"
             return True
+        if self._by != self._read_by:
+            self.read(back=self.back)
+            self.trouble = (
+                "another link has been connected since the vehicle was read: nothing was sent; look again"
+            )
+            return True
         self.trouble = ""
         self._desk.jobs.start(WRITE, self._words(shown, armed=self.armed(picture)))
         self.written = self._desk.jobs.state(WRITE)
@@ -294,7 +307,7 @@ class Transfer:
         """Command line that writes the chosen lines."""
         action = "rollback" if self.back else "upload"
         words = ["params", action, shown.file, "--yes", "--receipts", str(self._desk.receipts)]
-        words += ["--system", str(shown.vehicle.system)]
+        words += ["--system", str(shown.vehicle.system), *self._desk.way]
         words += ["--armed"] if armed else []
         if not self.back:
             words += self._vehicle()
