@@ -239,6 +239,22 @@ def test_a_link_that_is_only_looked_at_begins_nothing_and_shows_no_recording_of_
     assert connection(looked_at=HOLDING.links[0]).recording(UNIX_S) == HOLDING
 
 
+def test_a_link_that_is_looked_at_is_looked_at_again_where_its_recording_can_not_begin(monkeypatch, running):
+    """OFF goes by it."""
+
+    def fails(*_):
+        raise LinkError("the recording did not start: the disk is full")
+
+    running(None)
+    monkeypatch.setattr(recorder, "begin", fails)
+    goes_by = connection("tcp:sub:5777", looked_at="tcp:sub:5777")
+    goes_by.station = station = FakeStation()
+    with pytest.raises(LinkError, match="the disk is full"):
+        goes_by.record()
+    assert goes_by.link() == "tcp:sub:5777"
+    assert len(station.changed) == 2
+
+
 def test_the_app_goes_by_no_link_beside_a_recording_of_another(begun, running):
     running(HOLDING)
     with pytest.raises(

@@ -100,8 +100,13 @@ class Connection:
         """Begin a recording where none runs. Raises LinkError."""
         if not self._recorded:
             raise LinkError(NO_LINK)
+        looked_at = self._looked_at
         self._look_at("")
-        recorder.begin_again(recorder.options(self._recorded, self._out, self._vehicle, self._sign_key))
+        try:
+            recorder.begin_again(recorder.options(self._recorded, self._out, self._vehicle, self._sign_key))
+        except LinkError:
+            self._look_at(looked_at)
+            raise
 
     def connect(self, choice: Choice) -> None:
         """Connect as chosen. Raises LinkError if another recording runs, or none can be begun."""
