@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER
-from made_validation import FORETOLD, validated_desk, validation
+from made_validation import FORETOLD, raising, validated_desk, validation
 from made_validation import run as run_of
 from screen_text import WIDE, Lacks, Sees, plain, played
 
@@ -47,6 +47,14 @@ def test_it_validates_the_chosen_dive_beside_so_many_others_as_a_key_says(tmp_pa
         "--receipts", "receipts",
         "--json", str(tmp_path / DIVE / "validation.json"), "--report", str(tmp_path / DIVE / "validation.html"),
     )  # fmt: skip
+
+
+def test_where_the_dive_looked_at_is_compared_no_more_the_chosen_one_is_shown_again(tmp_path):
+    def compare_others(_):
+        others = [run_of("off", CHECK, 1.0, 0.0, None), run_of("shadow", DIVE, 1.0, 1.2, raising(False))]
+        (tmp_path / DIVE / "validation.json").write_text(json.dumps(others), encoding="utf-8")
+
+    played(validated_desk(tmp_path), "6", "m", "m", compare_others, "1", "6", Sees("▲ NO-GO"))
 
 
 def test_a_dive_that_lay_afloat_for_an_upload_is_not_compared(tmp_path, monkeypatch):

@@ -400,5 +400,6 @@ class ValidateScreen(SectionScreen):
     def _looked_at(self) -> Run | None:
         """The dive on display: at first the chosen dive."""
         results = self.result()
-        wanted = self._run or (self.dive.name if self.dive is not None else "")
-        return next((run for run in results if run.dive == wanted), results[0] if results else None)
+        wanted = (self._run, self.dive.name if self.dive is not None else "")
+        looked_at = (run for name in wanted for run in results if run.dive == name)
+        return next(looked_at, results[0] if results else None)
