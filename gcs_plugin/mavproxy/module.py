@@ -268,9 +268,16 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
     def _new_watcher(self) -> Watcher:
         """A watcher of the vehicle meant, with the parameters that MAVProxy has read of it."""
         file = load_vehicle(self._file) if self._file else None
-        return Watcher(
-            file, self._fleet.chosen, settings=self._settings, accepted=lambda _: dict(self.mav_param)
-        )
+        return Watcher(file, self._fleet.chosen, settings=self._settings, accepted=self._read_of)
+
+    def _read_of(self, system: int) -> dict[str, float]:
+        """The parameters that MAVProxy has read of a vehicle, which may be another than MAVProxy's own target."""
+        return {
+            str(name): float(value)
+            for (owner, _), values in self.mpstate.mav_param_by_sysid.items()
+            if owner == system
+            for name, value in values.items()
+        }
 
     def _vehicle(self, name: str | None = None) -> None:
         now_s = self._clock.boot_s()

@@ -1,9 +1,10 @@
-"""The adapter for MAVProxy: its licence, and the dive that is taken where none is given."""
+"""The adapter for MAVProxy: its licence, the dive that is taken where none is given, the vehicle that is meant."""
 
 import os
 import re
 import struct
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -12,7 +13,9 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder
 from gcs_plugin.recording.state import Holding, write_holding
+from gcs_plugin.watch.alarms import load_settings
 
+module = pytest.importorskip("gcs_plugin.mavproxy.module", reason="MAVProxy is not installed")
 recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
 
 VEHICLE = Encoder(1, 1)
@@ -74,6 +77,14 @@ def test_a_recording_goes_on_where_another_can_not_begin():
         assert recorder.status() == [runs]
     finally:
         recorder.stop()
+
+
+def test_a_vehicle_is_compared_with_its_model_by_its_own_parameters_whichever_mavproxy_targets():
+    made = module.SeatrialModule.__new__(module.SeatrialModule)
+    read = {(1, 1): {"FF1_M_U": 100.0}, (2, 1): {"FF1_M_U": 200.0}, (2, 191): {"FF1_D_U": 40.0}}
+    made.mpstate = SimpleNamespace(mav_param=read[1, 1], mav_param_by_sysid=read)
+    made._file, made._fleet, made._settings = "", SimpleNamespace(chosen=2), load_settings()
+    assert made._new_watcher()._accepted(2) == {"FF1_M_U": 200.0, "FF1_D_U": 40.0}
 
 
 def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():
