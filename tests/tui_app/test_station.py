@@ -159,6 +159,18 @@ def test_a_switch_is_made_with_those_who_were_heard_before_the_key_and_hears_eve
     assert switch.heard == [(0, 100.1)]
 
 
+def test_off_goes_by_the_link_that_heard_the_vehicle_though_another_is_connected_at_once(rig):
+    rig.hear(VEHICLE_BEAT)
+    rig.turn()
+    other = FakeSource()
+    rig.station.force_off()
+    rig.station.change(other, Watcher(None))
+    rig.turn()
+    (switch,) = rig.switches
+    assert [vehicle.source for vehicle in switch.known] == [(1, 1)]
+    assert (len(rig.source.sent), len(other.sent)) == (1, 1)
+
+
 def test_the_switch_is_told_of_twins(rig, monkeypatch):
     twins = replace(rig.watcher.picture(100.0), twins="two vehicles")
     monkeypatch.setattr(rig.watcher, "picture", lambda _: twins)

@@ -134,6 +134,9 @@ class Station:
     def turn(self) -> None:
         """Read once, send due messages, and make a picture if it is time."""
         if self._next is not None:
+            if self._thrown.is_set():
+                # Those whom this link has heard are reached by it, and known nowhere else.
+                self._force(self._clock.boot_s())
             self._source.close()
             self._watcher.close()
             (self._source, self._watcher), self._next = self._next, None
