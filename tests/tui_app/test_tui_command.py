@@ -255,6 +255,17 @@ def test_a_link_that_is_looked_at_is_looked_at_again_where_its_recording_can_not
     assert len(station.changed) == 2
 
 
+def test_off_of_a_vehicle_that_is_looked_at_does_not_turn_to_the_one_that_is_recorded(begun, running):
+    """The key for OFF begins a recording, where the vehicle on screen has none."""
+    running(HOLDING)
+    goes_by = connection("tcp:sub:5777")
+    goes_by.station = station = FakeStation()
+    goes_by.connect(Choice("tcp:sub:5777", records=False))
+    with pytest.raises(LinkError, match="is recorded already, and the app goes by one recording"):
+        goes_by.record()
+    assert (begun, len(station.changed), goes_by.link()) == ([], 1, "tcp:sub:5777")
+
+
 def test_the_app_goes_by_no_link_beside_a_recording_of_another(begun, running):
     running(HOLDING)
     with pytest.raises(

@@ -23,6 +23,15 @@ OF_RECORDING = "the recording"
 NO_LINK = "no link is known yet; connect one first"
 
 
+def beside(running: Holding, link: str) -> str:
+    """Why a link is not recorded beside a recording that runs and does not hold it."""
+    return (
+        f"{', '.join(running.links)} is recorded already, and the app goes by one recording: end it first "
+        f"(End recording), look at {link} without recording it (Look only), or give `seatrial record` both links, for "
+        "one dive"
+    )
+
+
 class Connection:
     """Connection that survives lost links, ended recordings, and another choice by the user.
 
@@ -100,7 +109,13 @@ class Connection:
         """Begin a recording where none runs. Raises LinkError."""
         if not self._recorded:
             raise LinkError(NO_LINK)
-        looked_at = self._looked_at
+        looked_at, running = self._looked_at, links.holding_now()
+        if (
+            looked_at
+            and running is not None
+            and not any(links.holds(running, link) for link in self._recorded)
+        ):
+            raise LinkError(beside(running, looked_at))
         self._look_at("")
         try:
             recorder.begin_again(recorder.options(self._recorded, self._out, self._vehicle, self._sign_key))
@@ -115,11 +130,7 @@ class Connection:
             self._recorded = (choice.link,)
             self._look_at(choice.link)
         elif running is not None and not links.holds(running, choice.link):
-            raise LinkError(
-                f"{', '.join(running.links)} is recorded already, and the app goes by one recording: end it first "
-                f"(End recording), look at {choice.link} without recording it (Look only), or give `seatrial record` "
-                "both links, for one dive"
-            )
+            raise LinkError(beside(running, choice.link))
         else:
             self._recorded = running.links if running is not None else (choice.link,)
             self.record()
