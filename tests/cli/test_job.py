@@ -13,7 +13,7 @@ from bridge.reports import FORM, VARIABLE, Report, Written, line, read
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from tui import show
-from tui.app.jobs import work
+from tui.app.jobs import Jobs, work
 
 
 @pytest.fixture(scope="module", params=rest_in_soak((45.0, 100.0)))
@@ -94,6 +94,49 @@ def test_a_result_lies_where_the_words_want_it_and_an_older_one_is_nobodys(tmp_p
     done, _ = ran("dives", str(tmp_path), "--json", str(target))
     assert (done.code, done.result) == (exit_codes.DONE, [])
     assert json.loads(target.read_text(encoding="utf-8")) == []
+
+
+class AtWork:
+    """A process that runs until it is cancelled."""
+
+    def __init__(self, *_, **__):
+        self.code, self.cancelled = None, False
+
+    def lines(self, _now_s):
+        self.code = 4 if self.cancelled else None
+        return []
+
+    def cancel(self, _now_s):
+        self.cancelled = True
+
+
+@pytest.mark.parametrize(
+    ("words", "ordered", "ends"),
+    [
+        (("params", "upload", "a.param", "--yes"), False, False),
+        (("calibrate", "--armed"), False, False),
+        (("identify", "dives/a"), False, True),
+        (("ff", "both", "--yes"), True, True),
+    ],
+)
+def test_what_was_confirmed_goes_on_without_the_app_as_in_a_browser_that_is_closed(
+    words, ordered, ends, monkeypatch
+):
+    made = []
+    monkeypatch.setattr("tui.app.jobs.Job", lambda *_, **__: made.append(AtWork()) or made[0])
+
+    async def leave():
+        jobs = Jobs()
+        jobs.start("it", words)
+        while not made:
+            await asyncio.sleep(0)
+        if ordered:
+            jobs.cancel("it")
+            while jobs.runs("it"):
+                await asyncio.sleep(0)
+
+    asyncio.run(leave())
+    assert made[0].cancelled is ends
 
 
 def test_cancelling_ends_the_process_and_leaves_no_file(dive, tmp_path, monkeypatch):

@@ -36,6 +36,10 @@ ASKED: Final = {reports.VARIABLE: reports.FORM}
 LEAVES: Final = ("--json", "--param", "--report", "--accept")
 """Options that name the files a verb leaves next to a dive, under names chosen by this program."""
 
+CONFIRMED: Final = frozenset(("--yes", "--armed"))
+"""Words of a verb that does to a vehicle what the crew has confirmed."""
+ORDERED: Final = "ordered to end"
+
 
 @dataclass(frozen=True)
 class Done:
@@ -61,7 +65,8 @@ Work = Callable[[Sequence[str], Callable[[Report], None], Callable[[], int]], Aw
 
 
 async def work(words: Sequence[str], hear: Callable[[Report], None], pressed: Callable[[], int]) -> Done:
-    """Run the verb and its arguments in `words` to the end. If cancelled, end the verb and every process it started.
+    """Run the verb and its arguments in `words` to the end. If cancelled, end the verb and every process it started;
+    but one of CONFIRMED words ends by ORDERED alone, and where the app is gone it is left to end in its own way.
 
     `pressed` returns how often its end key was pressed since the last call: it is passed on as Ctrl-C.
 
@@ -91,7 +96,9 @@ async def work(words: Sequence[str], hear: Callable[[Report], None], pressed: Ca
                     else:
                         hear(report)
                 await asyncio.sleep(LOOK_EVERY_S)
-        except asyncio.CancelledError:
+        except asyncio.CancelledError as cancelled:
+            if cancelled.args != (ORDERED,) and not CONFIRMED.isdisjoint(words):
+                raise
             job.cancel(time.monotonic())
             while job.code is None:
                 job.lines(time.monotonic())
@@ -194,7 +201,7 @@ class Jobs:
         if not self.runs(verb):
             return False
         self._change(verb, cancelled=True)
-        self._tasks[verb].cancel()
+        self._tasks[verb].cancel(ORDERED)
         return True
 
     def press(self, verb: str) -> bool:
