@@ -26,6 +26,7 @@ from gcs_plugin.flying.run import Widths
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Recorder
+from gcs_plugin.recording.state import held
 from identify.estimators.table import DEFAULT, estimator
 from identify.ingest.open import read_dive
 from identify.planning.knowledge import widths
@@ -84,7 +85,7 @@ class RecordedHere:
         self._recorder.close()
         if self._recorder.kept.frames:
             try:
-                self._folder.add_event(self.crew.clock.unix_s(), words)
+                self._folder.add_event(self._recorder.unix_us() / 1e6, words)
             except SeatrialError as error:
                 self._tell(str(error))
         else:
@@ -121,7 +122,11 @@ class RecordedThere:
         if self._folder is None:
             return
         clock = self.crew.clock
-        note = partial(self._folder.add_event, clock.unix_s(), words)
+        unix_s = clock.unix_s()
+        holding = held(unix_s)
+        note = partial(
+            self._folder.add_event, unix_s if holding is None else holding.own_unix_s(unix_s), words
+        )
         for act in (note, partial(orders.next_dive, clock, time.sleep)):
             try:
                 act()

@@ -10,11 +10,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fakes.telling import telling
 from fakes.vehicle import FakeVehicle
 from ideal import LIMITS
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import reports
+from bridge.clock import utc_text
 from bridge.errors import ConfigError, LinkError, LinkLost, LogError
 from bridge.flight.flight import End, State
 from bridge.links.link import Link, Wrapper
@@ -34,11 +36,12 @@ from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, known_so_far
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Recorder
+from gcs_plugin.recording.state import write_holding
 from identify.identification import estimate
 from identify.planning.knowledge import widths
 from tui import cli
 from tui.commands import calibrate, fly
-from tui.flight_recording import RecordedHere, recorded_crew
+from tui.flight_recording import RecordedHere, RecordedThere, recorded_crew
 
 FILE = load_vehicle("ruvifist")
 QUICK = (Leg(1.0, push_surge_n=40.0), Leg(2.0, push_surge_n=-40.0, alternate=15), Leg(1.0, push_surge_n=40.0))
@@ -264,6 +267,27 @@ def test_what_other_vehicles_say_or_share_is_no_matter_of_a_flight(tmp_path):
     crew, _, _ = recorded_crew(Passing(link, 1), FILE, "hovering", tmp_path, clock, print)
     with pytest.raises(LinkError, match="two vehicles beat as system 1, component 1"):
         crew.find(5)
+
+
+def test_how_a_flight_went_stands_among_the_stamps_of_its_dive_though_the_clock_was_set(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    vehicle = FakeVehicle()
+    clock, day_s = vehicle.clock, 86_400.0
+    began_s = clock.unix_s()
+    write_holding(telling(folder=str(tmp_path), written_unix_s=began_s + day_s, set_by_s=day_s))
+    monkeypatch.setattr(orders, "next_dive", lambda *_: (tmp_path, tmp_path))
+    there = RecordedThere(vehicle, FILE, "hovering", clock, print)
+    there.begin()
+    crew, recorder, folder = recorded_crew(vehicle, FILE, "hovering", tmp_path, clock, print)
+    here = RecordedHere(crew, recorder, folder, print)
+    recorder.step(0.0)
+    monkeypatch.setattr(clock, "unix_s", lambda: began_s + day_s)
+    for recorded, dive in ((there, DiveFolder(tmp_path)), (here, folder)):
+        recorded.end("flight: finished")
+        (event,) = dive.about().events
+        assert event.utc[:10] == utc_text(began_s)[:10]
 
 
 def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_path):
