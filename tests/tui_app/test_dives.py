@@ -1,15 +1,16 @@
 """The screen Dives: its list, its keys, its lines, and which dive is meant."""
 
 import math
+import threading
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from fake_verbs import FakeVerbs, desk, let_go
 from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive
-from made_view import FixedViews, view
+from made_view import FixedViews, StillReplay, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import Lacks, Sees, made, plain, play, played, run, shows, text
+from screen_text import NARROW, Lacks, Sees, made, plain, play, played, run, said, shows, text
 from textual import events
 from textual.widgets import Input
 
@@ -20,6 +21,8 @@ from tui.app.drawing import entry_at, width
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.dives_lines import details, known_to, listed, table, usual
 from tui.app.screens.overlays import FormScreen, HelpScreen
+from tui.app.screens.parameters import ParametersScreen
+from tui.app.screens.watch import WatchScreen
 from tui.dive_list import Glance
 
 
@@ -178,6 +181,38 @@ def test_what_an_earlier_look_has_shown_of_a_dive_stands_there_while_others_are_
     kept = {"2026-11-20T0252Z-hovering": looked}
     monkeypatch.setattr("tui.app.screens.dives_lines.kept_glance", lambda dive: kept.get(dive.name))
     played(at, "2", Sees("00:01:52 1.0 % U····· ·v···· hovering"), Sees("-- … … deck"))
+
+
+@pytest.mark.parametrize(
+    ("left", "at", "notices"),
+    [
+        ((), WatchScreen, []),
+        (
+            ("5",),
+            ParametersScreen,
+            [f"{Path(HOVERING['folder']).name} is not replayed: Dives was left before it was read"],
+        ),
+    ],
+)
+def test_a_dive_that_is_read_for_a_replay_takes_nobody_away_from_another_screen(
+    left, at, notices, monkeypatch
+):
+    ready = threading.Event()
+
+    def read(*_):
+        ready.wait(60.0)
+        return StillReplay()
+
+    async def work(app, pilot):
+        await play(app, pilot, "2", marked("hovering"), "r", *left)
+        ready.set()
+        await app.workers.wait_for_complete()
+        await play(app, pilot, shows(at))
+        assert (app.desk.replay is None) is bool(left)
+        return said(app)
+
+    monkeypatch.setattr("tui.app.screens.dives.open_replay", read)
+    assert run(made(FixedViews(), desk=desk()), NARROW, work) == notices
 
 
 def test_a_dive_that_is_not_begun_because_dives_was_left_is_told(dives_on_disk):

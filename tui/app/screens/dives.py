@@ -188,14 +188,20 @@ class DivesScreen(StationScreen):
             self.run_worker(self._replay(dive.folder), exclusive=True)
 
     async def _replay(self, folder: Path) -> None:
-        """Read the recording in another thread, then show it on Watch."""
+        """Read the recording in another thread, then show it on Watch, unless the crew does something else by then."""
         self._unkept = ""
         try:
-            self.desk.replay = await aside(lambda: open_replay(folder, self.desk.vehicle_of(folder)))
+            replay = await aside(lambda: open_replay(folder, self.desk.vehicle_of(folder)))
         except SeatrialError as error:
             self._unkept = str(error)
             self.draw()
             return
+        if not self.is_current:
+            self.notify(
+                f"{folder.name} is not replayed: Dives was left before it was read", severity="warning"
+            )
+            return
+        self.desk.replay = replay
         await self.begin_on("watch")
 
     def action_conditions(self) -> None:
