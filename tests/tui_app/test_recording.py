@@ -18,6 +18,7 @@ from tui.app.connecting import Choice, Way
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.dives import DivesScreen
 from tui.app.screens.overlays import AskScreen
+from tui.app.screens.parameters import ParametersScreen
 from tui.app.screens.watch import WatchScreen
 from tui.app.view import Forcing
 
@@ -142,6 +143,21 @@ def test_without_a_link_the_dives_come_first_and_the_key_that_records_asks_for_t
     boat.recorded = None
     after(steps, boat, SILENT)
     assert boat.orders == [Choice("serial:/dev/ttyUSB0:115200", records=True)]
+
+
+@pytest.mark.parametrize(("keys", "at"), [((), WatchScreen), (("5",), ParametersScreen)])
+def test_a_link_that_takes_long_to_connect_takes_nobody_away_from_another_screen(keys, at):
+    boat, connected = Boat(), threading.Event()
+    boat.recorded, boat.links = None, ()
+    boat.desk.connect = lambda _: connected.wait(60.0)
+
+    async def work(app, pilot):
+        await play(app, pilot, "3", "ctrl+l", shows(ConnectScreen), "enter", *keys)
+        connected.set()
+        await app.workers.wait_for_complete()
+        await play(app, pilot, shows(at))
+
+    run(made(FixedViews(SILENT), desk=boat.desk), NARROW, work)
 
 
 def test_where_a_recording_runs_it_is_watched_from_the_first_screen_on_though_not_seen_yet():

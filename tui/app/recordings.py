@@ -11,6 +11,7 @@ from tui.app.jobs import aside
 from tui.app.recording_news import RecordingNews
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.fly import FLY
+from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen
 from tui.app.screens.table import SCREENS
 from tui.app.screens.transfer import agrees
@@ -101,7 +102,8 @@ class Recordings(Shell):
         self.push_screen(ConnectScreen(self.desk.ways()), answered)
 
     async def _go(self, choice: Choice, connect: Callable[[Choice], None]) -> None:
-        """Go a way: where that begins a recording, say so."""
+        """Go a way: where that begins a recording, say so. Then Watch is shown, unless the crew has gone on by then."""
+        mode = self.current_mode
         if choice.records and self.desk.recorded() is None:
             await self._record(partial(connect, choice))
         else:
@@ -112,7 +114,8 @@ class Recordings(Shell):
                 return
             how = "shows the recording of" if choice.records else "looks at, and does not record,"
             self.notify(f"the app {how} {choice.link}")
-        await self.action_open(SCREENS[0].id)
+        if self.current_mode == mode and isinstance(self.screen, StationScreen):
+            await self.action_open(SCREENS[0].id)
 
     def action_next_dive(self) -> None:
         """Let the recording go on in a new folder, without a question, since nothing is lost either way."""
