@@ -3,20 +3,21 @@
 import asyncio
 import json
 import math
+import os
 from dataclasses import asdict
 
 import pytest
 from fake_verbs import FakeVerbs
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bridge import exit_codes
+from bridge import exit_codes, schema
 from bridge.errors import ConfigError
 from bridge.plain import plain
 from bridge.reports import Report
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Encoder
 from gcs_plugin.dives.folder import About, DiveFolder
-from tui.app.desk import Desk, can_check, check_dives
+from tui.app.desk import Desk, can_check, check_dives, values_of
 from tui.app.jobs import Jobs
 from tui.dive_list import VERSION, Glance, dive_folders
 
@@ -188,6 +189,35 @@ def test_the_vehicle_of_a_dive_is_the_one_that_it_names(tmp_path):
     assert desk.vehicle_of(dive(tmp_path, "b", About(str(vehicle_file)))) == str(vehicle_file)
     gone = About("/elsewhere/ruvifist.yaml", "", "hovering")
     assert desk.vehicle_of(dive(tmp_path, "c", gone)) == f"{CONFIGS / 'vehicles' / 'ruvifist.yaml'}:hovering"
+
+
+def test_what_hundreds_of_dives_say_of_their_vehicle_is_read_once_for_each_change(tmp_path, monkeypatch):
+    read, load = [], schema.load_yaml
+    monkeypatch.setattr(schema, "load_yaml", lambda path: read.append(path) or load(path))
+    desk = Desk(out=tmp_path)
+    dives = [dive(tmp_path, f"2026-11-{n:02}T0800Z", About("ruvifist.yaml")) for n in range(1, 21)]
+    for _ in range(3):
+        assert len(check_dives(desk, dives[0])) == 19
+    assert len(read) == 20
+    DiveFolder(dives[3]).describe(About("bluerov2_heavy.yaml"))
+    os.utime(dives[3] / "dive.yaml", ns=(1, 1))
+    assert len(check_dives(desk, dives[0])) == 18
+    assert len(read) == 21
+
+
+def test_of_many_diagnoses_the_newest_alone_is_read_for_the_newest_values(tmp_path, monkeypatch):
+    read = []
+    monkeypatch.setattr(
+        "tui.app.desk.is_contradicted", lambda file: read.append(file) or file == contradicted
+    )
+    dives = [dive(tmp_path, f"2026-11-{n:02}T0800Z") for n in range(1, 21)]
+    for second, folder in enumerate(dives):
+        for name in ("diagnosis.json", "diagnosed.param"):
+            (folder / name).write_text("", encoding="utf-8")
+            os.utime(folder / name, (second, second))
+    contradicted = dives[-1] / "diagnosis.json"
+    assert values_of(*dives) == dives[-2] / "diagnosed.param"
+    assert read == [contradicted, dives[-2] / "diagnosis.json"]
 
 
 def test_a_dive_that_names_none_or_one_that_is_gone_is_of_the_vehicle_of_the_app(tmp_path):

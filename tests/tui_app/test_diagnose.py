@@ -175,6 +175,25 @@ def test_a_key_opens_parameters_with_what_was_accepted(tmp_path):
     played(desk, "4", "p", shows(ParametersScreen), lambda _: desk.param == param, size=WIDE)
 
 
+def test_the_dives_to_check_on_are_not_looked_for_at_each_step_of_a_diagnosis_at_work(tmp_path, monkeypatch):
+    """Of hundreds that takes longer than a step, and no key would be answered."""
+    looked, comparable = [], diagnose.DiagnoseScreen.comparable
+
+    def look(screen, dive):
+        looked.append(dive)
+        return comparable(screen, dive)
+
+    def steps_on(app):
+        before = len(looked)
+        app.desk.jobs._change("diagnose", reports=(TRYING,))
+        app._show()
+        assert len(looked) == before
+
+    monkeypatch.setattr(diagnose.DiagnoseScreen, "comparable", look)
+    desk = desk_with(tmp_path, diagnosed=False, jobs=Jobs(verb(tmp_path, tells=[])))
+    played(desk, "4", "d", steps_on, Sees("trying 41 candidates"), let_go, lambda _: None, Sees("AMBIGUOUS"))
+
+
 def diffs(verbs):
     """The files that were compared with the vehicle."""
     return [Path(words[2]).name for words in verbs.words if words[:2] == ("params", "diff")]

@@ -3,11 +3,12 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 from pathlib import Path
 from typing import Final
 
 from bridge.errors import ConfigError, LogError
-from gcs_plugin.dives.folder import DiveFolder, list_folders, vehicle_named
+from gcs_plugin.dives.folder import ABOUT, About, DiveFolder, list_folders, vehicle_named
 from gcs_plugin.dives.recordings import length_s, recordings
 from gcs_plugin.locks import is_being_written
 from gcs_plugin.params.receipt import RECEIPT, kept_in, path_of
@@ -132,9 +133,15 @@ class Desk:
     def vehicle_of(self, dive: Path) -> str:
         """The vehicle file and configuration that the dive's `dive.yaml` names; else the app's; "" for none."""
         try:
-            return vehicle_named(DiveFolder(dive).about(), self.vehicle)
+            return vehicle_named(_about(dive, written_ns(dive / ABOUT)), self.vehicle)
         except ConfigError:
             return self.vehicle
+
+
+@lru_cache(4096)
+def _about(dive: Path, _changed_ns: int) -> About:
+    """What is noted of a dive, read once for each change: to compare one with hundreds of others asks it of each."""
+    return DiveFolder(dive).about()
 
 
 def values_of(*dives: Path) -> Path | None:
@@ -142,9 +149,10 @@ def values_of(*dives: Path) -> Path | None:
 
     Leaves out the model of an earlier diagnosis if a later one found nothing, and of one whose check contradicts it.
     """
-    files = [dive / IDENTIFIED for dive in dives]
-    files += [dive / ACCEPTABLE for dive in dives if is_acceptable(dive)]
-    return max(filter(written_ns, files), key=written_ns, default=None)
+    files = (dive / name for dive in dives for name in (IDENTIFIED, ACCEPTABLE))
+    newest_first = sorted(filter(written_ns, files), key=written_ns, reverse=True)
+    # The newest is looked at first: to read every diagnosis of hundreds of dives takes seconds.
+    return next((f for f in newest_first if f.name == IDENTIFIED or is_acceptable(f.parent)), None)
 
 
 def is_acceptable(dive: Path) -> bool:

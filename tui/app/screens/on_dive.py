@@ -185,7 +185,9 @@ class SectionScreen(DiveScreen):
         self.call_after_refresh(self.scroll_by_keys)
 
     def look_again(self, *, other: bool) -> None:
-        self.others = self.comparable(self.dive) if self.dive is not None else ()
+        # Not at each step of a verb at work, where none can be chosen: of hundreds of dives that takes long.
+        if other or not self.at_work:
+            self.others = self.comparable(self.dive) if self.dive is not None else ()
         if other:
             # The first section says why the verdict above is what it is.
             self._turn_to(0)
