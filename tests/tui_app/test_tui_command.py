@@ -266,6 +266,22 @@ def test_off_of_a_vehicle_that_is_looked_at_does_not_turn_to_the_one_that_is_rec
     assert (begun, len(station.changed), goes_by.link()) == ([], 1, "tcp:sub:5777")
 
 
+def test_an_order_to_the_recording_of_a_second_vehicle_does_not_go_to_that_of_the_first(running, monkeypatch):
+    second = replace(HOLDING, pid=HOLDING.pid + 1, links=("tcp:sub:5777",))
+    running(HOLDING)
+    monkeypatch.setattr("gcs_plugin.recording.state.held_second", lambda _: [second])
+    ordered = []
+    for name in ("next_dive", "end"):
+        monkeypatch.setattr(recorder, name, lambda name=name: ordered.append(name))
+    of_second, of_first = connection(looked_at="tcp:sub:5777"), connection()
+    for order in (of_second.next_dive, of_second.end):
+        with pytest.raises(LinkError, match=f"process {second.pid} .* takes no order from here"):
+            order()
+    of_first.next_dive()
+    of_first.end()
+    assert ordered == ["next_dive", "end"]
+
+
 def test_the_app_goes_by_no_link_beside_a_recording_of_another(begun, running):
     running(HOLDING)
     with pytest.raises(

@@ -123,6 +123,24 @@ class Connection:
             self._look_at(looked_at)
             raise
 
+    def next_dive(self) -> Path:
+        """As `recorder.next_dive`. Raises LinkError too where another recording takes the order than is shown."""
+        self._refuse_another()
+        return recorder.next_dive()
+
+    def end(self) -> Path:
+        """As `recorder.end`, and refused likewise."""
+        self._refuse_another()
+        return recorder.end()
+
+    def _refuse_another(self) -> None:
+        shown = links.holder_of(self._looked_at) if self._looked_at else None
+        first = links.holding_now()
+        if shown is not None and first is not None and shown.pid != first.pid:
+            raise LinkError(
+                f"{links.words_of(shown)} takes no order from here: Ctrl-C in its terminal ends it"
+            )
+
     def connect(self, choice: Choice) -> None:
         """Connect as chosen. Raises LinkError if another recording runs, or none can be begun."""
         running = links.holding_now()

@@ -29,7 +29,7 @@ from tui.app.desk import DIVES, Desk
 from tui.app.drawing import utc
 from tui.app.jobs import Jobs
 from tui.app.keys import load_keymap, looking_work
-from tui.app.recorder import end, next_dive, recorded
+from tui.app.recorder import recorded
 from tui.app.screens.table import PLACES
 from tui.app.station import Station
 from tui.app.terminal import AnsweringDriver
@@ -166,8 +166,8 @@ def _show(arguments: argparse.Namespace) -> int:
             jobs=Jobs() if acts else Jobs(looking_work),
             record=connection.record if acts and not arguments.unrecorded else None,
             recorded=recorded,
-            next_dive=next_dive if acts else None,
-            end_recording=end if acts else None,
+            next_dive=connection.next_dive if acts else None,
+            end_recording=connection.end if acts else None,
             links=connection.links,
             link=connection.link,
             connect=connection.connect if acts else None,
