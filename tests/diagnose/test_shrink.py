@@ -2,18 +2,21 @@
 
 import csv
 import math
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+from bench.missions.mission import draw_one
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.evidence import Block, Blocks
 from identify.diagnose.feedforward_gain import braking_of, feedforward_gain_by
+from identify.diagnose.filters.nominal import nominal_of, quadratic_of
 from identify.diagnose.gap.missing import Missing
 from identify.diagnose.gap.simulation import EACH
 from identify.diagnose.result import Prediction, Shrink
-from identify.diagnose.shrink.check_dive import checked, windows_of
+from identify.diagnose.shrink.check_dive import checked, windows_of, with_coefficients
 from identify.diagnose.shrink.contradiction import contradicted, contradiction_clause, contradiction_note
 from identify.diagnose.shrink.held_out import HeldOutFit, without_seas
 from identify.diagnose.shrink.shrink import Windows, csv_of, overstated_note
@@ -238,3 +241,17 @@ def test_it_is_contradicted_by_less_than_half_of_it_beyond_chance(
 def test_what_foretells_nothing_is_not_contradicted_by_a_gap_that_stays() -> None:
     assert not contradicted(None, measured(0.0, -0.1, 0.1))
     assert not contradicted(Shrink(1.0, 1.0, NAN, NAN, NAN), measured(0.0, -0.1, 0.1))
+
+
+def test_a_check_dive_is_flown_with_the_quadratic_drag_of_the_diagnosed_dive_and_not_with_its_own():
+    mission = draw_one(100_300, seconds=60.0)
+    vehicle, name = mission.file.vehicle, mission.configuration
+    hull = replace(vehicle.configurations[name], damping="both")
+    file = replace(mission.file, vehicle=replace(vehicle, configurations={name: hull}))
+    check = nominal_of(mission.dive, file, name)
+    theta = check.theta.copy()
+    for problem, of_axis in zip(check.joint.problems, check.joint.slices, strict=True):
+        theta[of_axis.start + problem.quadratic_index] += np.log(3.0)
+    flown = with_coefficients(check, replace(check, theta=theta))
+    expected = 3.0 * quadratic_of(check.joint, check.theta)
+    np.testing.assert_allclose(quadratic_of(check.joint, flown), expected)

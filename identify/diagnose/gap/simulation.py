@@ -236,8 +236,13 @@ def simulation_of(
 
 
 def logarithms(joint: JointLikelihood) -> set[int]:
-    """Places in theta of masses and dampings."""
+    """Places in theta of masses and drags."""
     indices = {of_axis.start + at for of_axis in joint.slices for at in (MASS, DAMPING)}
+    indices |= {
+        of_axis.start + problem.quadratic_index
+        for problem, of_axis in zip(joint.problems, joint.slices, strict=True)
+        if problem.damped != "linear"
+    }
     return indices | set(joint.mass_indices)
 
 

@@ -9,7 +9,7 @@ from bridge.arrays import Array
 from bridge.errors import LogError
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.search import Explanation
-from identify.diagnose.filters.nominal import Nominal, coefficients, refitted
+from identify.diagnose.filters.nominal import Nominal, coefficients, quadratic_of, refitted
 from identify.diagnose.filters.regression import mean_indices, regression_of
 from identify.diagnose.gap.drift import baseline_of, floors_of
 from identify.diagnose.gap.simulation import (
@@ -41,14 +41,17 @@ def windows_of(prediction: Prediction) -> Windows:
 
 
 def with_coefficients(model: Nominal, of: Nominal) -> Array:
-    """A fit's theta with the masses and dampings of another fit, and the best trims for these."""
+    """A fit's theta with the masses and drags of another fit, and the best trims for these."""
     joint, theta = model.joint, model.theta.copy()
     mass, damping = coefficients(of.joint, of.theta)
+    quadratic = quadratic_of(of.joint, of.theta)
     for problem, of_axis, at in zip(joint.problems, joint.slices, joint.mass_indices, strict=True):
         dof = problem.axis.dof
         if damping[dof] > 0:
             theta[[of_axis.start + MASS, at]] = np.log(mass[dof])
             theta[of_axis.start + DAMPING] = np.log(damping[dof])
+        if problem.damped != "linear" and quadratic[dof] > 0:
+            theta[of_axis.start + problem.quadratic_index] = np.log(quadratic[dof])
     rows = regression_of(joint, theta, model.feedback_maybe_unrecorded)
     kept = sorted({*joint.mass_indices, *mean_indices(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]

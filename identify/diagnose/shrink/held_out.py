@@ -36,7 +36,7 @@ FOLDS = 12
 information."""
 
 LEAST_LEFT = 0.2
-"""Least factor by which a step may change a mass or a damping."""
+"""Least factor by which a step may change a mass or a drag."""
 
 
 def held_out_shrink(
@@ -181,7 +181,7 @@ class HeldOutFit:
 def _moved(theta: Array, joint: JointLikelihood, indices: Sequence[int], step: Array) -> Array:
     """Move theta by a step.
 
-    Forces are linear in masses and dampings, not in their logarithms, so the step is linear in these.
+    Forces are linear in masses and drags, not in their logarithms, so the step is linear in these.
     """
     out = theta.copy()
     for at, by in zip(indices, step.tolist(), strict=True):
