@@ -225,6 +225,8 @@ class Plant:
 
     def _set_in(self) -> None:
         """Begin the effects of the truth's onset."""
+        if self._losses is None:
+            self._turned = self._thrust.copy()
         self._be(self._truth.later())
         rigid = np.array([self._configuration.rigid_body(dof)[0] for dof in range(6)])
         self._sea = Sea(self._truth.onset, self._mass, rigid, self._damping, self._quadratic)

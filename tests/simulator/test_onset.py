@@ -36,6 +36,14 @@ def test_a_fouled_propeller_ends_in_its_share_of_the_speed():
     assert driven(with_onset(10.0, T1_gain=0.5), 60.0)[0] == pytest.approx(0.5 * 20.0 / 50.0, rel=1e-6)
 
 
+def test_a_propeller_that_fouls_turns_on_as_before():
+    body = plant(truth=replace(STILL_WATER, onset={"T1_gain": 0.5}, onset_s=5.0), lag_s=0.5)
+    driven(body, 5.0)
+    fouled = body.advance((pwm(20.0),), 0.05)
+    assert fouled.turned_n[0] == pytest.approx(20.0, rel=1e-3)
+    assert fouled.thrust_n[0] < 19.5
+
+
 def test_drag_that_sets_in_is_the_drag_from_then_on():
     speed = driven(with_onset(10.0, X_uu=100.0), 60.0)[0]
     assert 50.0 * speed + 100.0 * speed**2 == pytest.approx(20.0, rel=1e-6)
