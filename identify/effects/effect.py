@@ -89,11 +89,12 @@ class Act:
         return np.asarray(self.velocity + self.water)
 
     def each(self, change: Callable[[Array], Array]) -> "Act":
-        """Return a copy with `change`, (n, ...) to (n, ...), applied to every part along the course."""
+        """Return a copy with `change`, (n, ...) to (n, ...), applied to every part along the course; a drag that is
+        changed so is no longer one by the square of the speed."""
         parts: dict[str, Any] = {
             name: change(part) for name in ALONG if (part := getattr(self, name)) is not None
         }
-        return replace(self, **parts)
+        return replace(self, **parts, quadratic=None)
 
     def less(self, other: "Act") -> "Act":
         """Return this act minus another act of the same effect."""

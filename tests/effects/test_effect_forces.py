@@ -34,6 +34,15 @@ PULL_N = 0.5 * 0.2 * 2 * 0.5 / (0.5**2 + 0.25**2) * 0.3**2
 """Of each kilogram of added mass, half of what it grows by with each metre nearer times the speed squared."""
 
 
+def test_a_drag_that_comes_later_than_the_speed_is_no_longer_drag_by_its_square(rich_course: Course) -> None:
+    drag = hydrodynamics.QUADRATIC_DRAG.act(rich_course, np.full(6, 2.0))
+    late = drag.each(lambda part: np.roll(part, 4, axis=0))
+    np.testing.assert_allclose(late.wrench[4:], drag.wrench[:-4])
+    # The filters brake by `quadratic`, if there is any, and not by the wrench.
+    assert drag.quadratic is not None
+    assert late.quadratic is None
+
+
 @pytest.mark.parametrize(
     ("effect", "motion", "values", "expected"),
     [
