@@ -6,7 +6,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.filters.nominal import Nominal
+from identify.diagnose.filters.nominal import Nominal, quadratic_of
 from identify.diagnose.gap.missing import Missing
 from identify.diagnose.gap.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.result import Gain
@@ -51,10 +51,12 @@ def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Ar
 
 
 def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
-    """Damping (n, 6) of a velocity error along the dive, N s/m and N m s/rad: the linear damping and the slope of
-    causes such as quadratic drag."""
-    slope = slope_of([*now.accepted, *causes], now.course)[::EACH]
-    return np.asarray(np.maximum(now.course.damping - np.diagonal(slope, axis1=1, axis2=2), 0.0))
+    """Damping (n, 6) of a velocity error along the dive, N s/m and N m s/rad: that of the hull's own drag and the
+    slope of causes such as quadratic drag."""
+    course = now.course
+    slope = slope_of([*now.accepted, *causes], course)[::EACH]
+    of_hull = course.damping + 2.0 * quadratic_of(now.joint, now.theta) * np.abs(course.nu[::EACH])
+    return np.asarray(np.maximum(of_hull - np.diagonal(slope, axis1=1, axis2=2), 0.0))
 
 
 def _beyond_refit(force: Array, course: Course, dof: int) -> Array:

@@ -243,12 +243,23 @@ def test_what_foretells_nothing_is_not_contradicted_by_a_gap_that_stays() -> Non
     assert not contradicted(Shrink(1.0, 1.0, NAN, NAN, NAN), measured(0.0, -0.1, 0.1))
 
 
-def test_a_check_dive_is_flown_with_the_quadratic_drag_of_the_diagnosed_dive_and_not_with_its_own():
+@pytest.fixture(scope="module")
+def check():
+    """A dive of a hull that has quadratic drag by its vehicle file."""
     mission = draw_one(100_300, seconds=60.0)
     vehicle, name = mission.file.vehicle, mission.configuration
     hull = replace(vehicle.configurations[name], damping="both")
     file = replace(mission.file, vehicle=replace(vehicle, configurations={name: hull}))
-    check = nominal_of(mission.dive, file, name)
+    return nominal_of(mission.dive, file, name)
+
+
+def test_the_quadratic_drag_of_the_hull_itself_brakes_an_error_too(check):
+    course = check.course
+    slope = 2.0 * quadratic_of(check.joint, check.theta) * np.abs(course.nu[::EACH])
+    np.testing.assert_allclose(braking_of([], check), course.damping + slope)
+
+
+def test_a_check_dive_is_flown_with_the_quadratic_drag_of_the_diagnosed_dive_and_not_with_its_own(check):
     theta = check.theta.copy()
     for problem, of_axis in zip(check.joint.problems, check.joint.slices, strict=True):
         theta[of_axis.start + problem.quadratic_index] += np.log(3.0)
