@@ -10,10 +10,11 @@ from soak import rows_rest_in_soak
 from bridge.arrays import Array
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.scenario import Planted, Scenario
+from identify.diagnose.causes import seas
 from identify.diagnose.causes.candidates import Cause, companions, other_forms, possible_forms
 from identify.diagnose.causes.seas import period_interval, seas_of
 from identify.diagnose.causes.weighing import weighing_of
-from identify.diagnose.filters.nominal import Nominal, refitted
+from identify.diagnose.filters.nominal import Nominal, nominal_of, refitted
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
 from identify.diagnose.remainder.bursts import _StretchScores, bursts, mixture_gain
@@ -28,7 +29,7 @@ from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, TETHER, waves
 from identify.effects.sensors import DVL_LEVER_ARM
 from identify.effects.supply import LOAD_SAG
-from identify.estimators.likelihood.axis import TIME_CONSTANT
+from identify.estimators.likelihood.axis import DISTURBANCE, TIME_CONSTANT
 
 
 def left_by(wrench, columns):
@@ -390,14 +391,24 @@ def test_a_slow_push_that_the_disturbance_took_up_is_told_with_its_axis_and_cour
 def test_a_sea_that_comes_and_goes_is_among_the_candidates_with_its_period(name, seed, near, parameters):
     case = draw_case(seed, names=[name], size=0.7, seconds=200.0)
     true_s = case.truth()["effects"][0]["parameters"]["period"]
-    seas = [effect for effect in seas_of(planted_nominal(case)) if effect.name == name]
-    assert seas
-    for effect in seas:
+    of_name = [effect for effect in seas_of(planted_nominal(case)) if effect.name == name]
+    assert of_name
+    for effect in of_name:
         lines_s = [
             float(period) for period in effect.variant.removesuffix(" s").replace(" and ", ", ").split(", ")
         ]
         assert all(line_s == pytest.approx(true_s, rel=near) for line_s in lines_s)
         assert len(effect.parameters) == len(lines_s) * parameters
+
+
+def test_the_force_that_periods_are_read_from_lacks_nothing_of_the_hull_s_own_quadratic_drag():
+    case = draw_case(300_933, names=["quadratic_drag"], seconds=100.0)
+    vehicle, name = case.file.vehicle, case.configuration
+    hull = replace(vehicle.configurations[name], damping="both")
+    file = replace(case.file, vehicle=replace(vehicle, configurations={name: hull}))
+    now = nominal_of(dive_of(case), file, name)
+    disturbance = [float(np.exp(now.theta[of_axis][DISTURBANCE])) for of_axis in now.joint.slices]
+    assert np.all(np.std(seas._missing(now), axis=0) < 1.2 * np.array(disturbance[:3]))
 
 
 def test_a_period_is_known_to_half_a_turn_in_the_dive():

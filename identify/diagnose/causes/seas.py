@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bridge.arrays import Array
-from identify.diagnose.filters.nominal import Nominal
+from identify.diagnose.filters.nominal import Nominal, quadratic_of
 from identify.effects.effect import Effect
 from identify.effects.environment import varying_current, waves
 
@@ -63,7 +63,8 @@ def _disturbance_spectrum(now: Nominal) -> tuple[Array, Array]:
 def _missing(now: Nominal) -> Array:
     """The missing force (n, 3) of the smoothed motion, beyond thrust, drag, Coriolis forces and the causes so far."""
     course, nu = now.course, now.motion.nu
-    moving = course.mass * np.gradient(nu, course.step_s, axis=0) + course.damping * nu
+    drag = (course.damping + quadratic_of(now.joint, now.theta) * np.abs(nu)) * nu
+    moving = course.mass * np.gradient(nu, course.step_s, axis=0) + drag
     given = course.wrench_of(course.thrust_n) - course.coriolis_of(course.mass, nu)
     for act in (*now.acts, *(cause.act(course) for cause in now.accepted)):
         if act.wrench is not None:
