@@ -12,7 +12,7 @@ from bridge.vehicle.config import GRAVITY_M_S2
 from identify.diagnose.filters.innovations import reading_error
 from identify.effects import sensors
 from identify.effects.course import Course
-from identify.effects.effect import ARRAYS, Effect
+from identify.effects.effect import ARRAYS, Act, Effect
 from identify.effects.sensors import DEPTH_SCALE
 from identify.estimators.filter.state import POSITION, VELOCITY
 
@@ -92,10 +92,27 @@ def test_it_falsifies_readings_of_depth_alone_and_only_as_the_depth_changes(sink
         dof=2,
         time_s=time_s[100:104],
         state_read=np.array([POSITION, VELOCITY, POSITION, VELOCITY]),
+        runs=(slice(0, 4),),
     )
     act = DEPTH_SCALE.act(sinking, np.array([2.0]))
-    sunk = 0.2 * (axis.time_s - time_s[0])
+    sunk = 0.2 * (axis.time_s - axis.time_s[0])
     off = reading_error(SimpleNamespace(axis=axis), act, sinking)
     assert off == pytest.approx(sunk * np.array([1, 0, 1, 0]))
     axis.dof = 4
     assert reading_error(SimpleNamespace(axis=axis), act, sinking) is None
+
+
+def test_each_run_begins_at_the_depth_that_is_first_read_there_whatever_the_gain(sinking: Course) -> None:
+    time_s = sinking.time_s
+    read_s = np.concatenate([time_s[10:13], time_s[300:303]])
+    axis = SimpleNamespace(
+        dof=2,
+        time_s=read_s,
+        shown_s=read_s,
+        state_read=np.array([POSITION, POSITION, POSITION, VELOCITY, POSITION, POSITION]),
+        runs=(slice(0, 3), slice(3, 6)),
+    )
+    step = 0.2 * sinking.step_s
+    for act in (DEPTH_SCALE.act(sinking, np.array([2.0])), Act(water=sinking.nu[:, :3])):
+        off = reading_error(SimpleNamespace(axis=axis), act, sinking) * (axis.state_read == POSITION)
+        assert off == pytest.approx(step * np.array([0.0, 1.0, 2.0, 0.0, 0.0, 1.0]))

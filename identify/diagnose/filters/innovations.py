@@ -18,6 +18,7 @@ from bridge.vehicle.coefficients import HEAVE, PITCH, ROLL
 from identify.diagnose.causes.evidence import Block
 from identify.effects.course import Course
 from identify.effects.effect import Act
+from identify.estimators.axes.axis import Axis
 from identify.estimators.filter.innovations import responses
 from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
 from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
@@ -251,15 +252,23 @@ def reading_error(problem: AxisLikelihood, act: Act, course: Course) -> Array | 
             summed = mean_before(course.time_s, rate, axis.time_s - axis.scale, axis.time_s)
             out += summed * axis.scale * added
     if act.water is not None and axis.dof == HEAVE:
-        sunk = np.cumsum(act.water[:, HEAVE]) * course.step_s
-        out += value_before(course.time_s, sunk, axis.time_s) * (axis.state_read == POSITION)
+        out += _since_first_depth(axis, course, np.cumsum(act.water[:, HEAVE]) * course.step_s)
     if act.depth is not None and axis.dof == HEAVE:
-        # The first depth that is read is where the filter begins, whatever the sensor's gain.
-        deeper = act.depth[:, 0] - act.depth[0, 0]
-        out += value_before(course.time_s, deeper, axis.time_s) * (axis.state_read == POSITION)
+        out += _since_first_depth(axis, course, act.depth[:, 0])
     if angle is not None and angle.any():
         out += value_before(course.time_s, angle, axis.time_s) * (axis.state_read == POSITION)
     return out if out.any() else None
+
+
+def _since_first_depth(axis: Axis, course: Course, deeper_m: Array) -> Array:
+    """Error of an axis' depths (n,) by an error (t,) along a course. The filter begins each run at the first depth that
+    it reads there, whatever the error until then."""
+    placed = axis.state_read == POSITION
+    out = value_before(course.time_s, deeper_m, axis.time_s)
+    for run in axis.runs:
+        first = out[run][placed[run]][:1]
+        out[run] -= first.sum()
+    return np.asarray(out * placed)
 
 
 def mean_before(time_s: Array, values: Array, start_s: Array, end_s: Array) -> Array:
