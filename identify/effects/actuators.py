@@ -7,7 +7,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import ASTERN, LEAST, START, gain_name
 from bridge.vehicle.config import Configuration, Thruster
-from identify.effects.course import Course, delayed, lagged, shaft_lagged, thrust_of
+from identify.effects.course import Course, delayed, shaft_lagged, thrust_of
 from identify.effects.effect import (
     PULSES,
     QUICK_COMMANDS,
@@ -22,6 +22,7 @@ from identify.effects.effect import (
     compensated_by,
     past_the_shaft,
 )
+from identify.estimators.timing.lateness import behind_filter
 
 
 def _slow(course: Course, more_asked: Array) -> Array:
@@ -151,7 +152,7 @@ def thruster_lag(nominal_s: float) -> tuple[Effect, Effect]:
     def in_two(course: Course, values: Array) -> Act:
         second_s = float(np.clip(values[0] - nominal_s, 0.0, 0.5 * values[0]))
         slower = thrust_of(course.asked_n, course.step_s, float(values[0]) - second_s)
-        return before_the_shaft(course, lagged(slower, course.step_s, second_s) - course.thrust_n)
+        return before_the_shaft(course, behind_filter(slower, course.step_s, second_s) - course.thrust_n)
 
     return _lag(nominal_s, in_one, "of first order"), _lag(nominal_s, in_two, "in two stages")
 

@@ -94,18 +94,20 @@ def test_a_longer_lag_lacks_what_has_not_come_yet(course: Made) -> None:
 
 
 @pytest.mark.parametrize(
-    ("lag_s", "stages_s"), [(0.04, (0.04, 0.0)), (0.06, (0.05, 0.01)), (0.4, (0.2, 0.2))], ids=str
+    ("lag_s", "stages_s"), [(0.04, (0.04, 0.0)), (0.09, (0.05, 0.04)), (0.4, (0.2, 0.2))], ids=str
 )
 def test_a_lag_in_two_stages_begins_as_the_nominal_lag_and_ends_in_equal_halves(
     course: Made, lag_s: float, stages_s: tuple[float, float]
 ) -> None:
     _, effect = actuators.thruster_lag(0.05)
-    stepped = stepping(course)
+    stepped = replace(stepping(course), time_s=0.02 * np.arange(400))
     first, second = stages_s
-    given = lagged(lagged(stepped.asked_n, 0.05, first), 0.05, second) - stepped.thrust_n
+    # In steps so short that it hardly matters what the second stage sees within one.
+    finely = lagged(lagged(np.repeat(stepped.asked_n, 200, axis=0), 1e-4, first), 1e-4, second)[::200]
+    given = finely - stepped.thrust_n
     for steps in (0, 1, 5):
         expected = given[200 + steps, 0] * SURGE
-        assert more(effect, stepped, lag_s, at=200 + steps) == pytest.approx(expected, abs=1e-9)
+        assert more(effect, stepped, lag_s, at=200 + steps) == pytest.approx(expected, abs=0.1)
 
 
 def test_a_delay_lacks_the_whole_step_until_it_is_over(course: Made) -> None:
