@@ -16,12 +16,12 @@ from identify.diagnose.filters.nominal import nominal_of, quadratic_of
 from identify.diagnose.gap.missing import Missing
 from identify.diagnose.gap.simulation import EACH
 from identify.diagnose.result import Prediction, Shrink
-from identify.diagnose.shrink.check_dive import checked, windows_of, with_coefficients
+from identify.diagnose.shrink.check_dive import checked, flight_of, windows_of, with_coefficients
 from identify.diagnose.shrink.contradiction import contradicted, contradiction_clause, contradiction_note
 from identify.diagnose.shrink.held_out import HeldOutFit, without_seas
 from identify.diagnose.shrink.shrink import Windows, csv_of, overstated_note
 from identify.effects.environment import varying_current, waves
-from identify.effects.hydrodynamics import QUADRATIC_DRAG
+from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
 
 
 def windows(before, after, count=40):
@@ -266,3 +266,10 @@ def test_a_check_dive_is_flown_with_the_quadratic_drag_of_the_diagnosed_dive_and
     flown = with_coefficients(check, replace(check, theta=theta))
     expected = 3.0 * quadratic_of(check.joint, check.theta)
     np.testing.assert_allclose(quadratic_of(check.joint, flown), expected)
+
+
+def test_the_causes_on_a_check_dive_act_on_a_hull_with_the_diagnosed_dive_s_quadratic_drag(check):
+    quadratic = 3.0 * check.course.quadratic
+    now = replace(check, course=replace(check.course, quadratic=quadratic))
+    fouled = flight_of(now, [Cause(FOULING, np.array([1e-4]))], check, check)
+    np.testing.assert_array_equal(fouled.course.quadratic, quadratic)

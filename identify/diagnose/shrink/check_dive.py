@@ -75,17 +75,21 @@ class Flight:
     after: Simulation
 
 
+def _with_hull(course: Course, of: Nominal) -> Course:
+    """A course of the hull of another fit."""
+    return replace(course, mass=of.course.mass, damping=of.course.damping, quadratic=of.course.quadratic)
+
+
 def flight_of(now: Nominal, causes: Sequence[Cause], nominal: Nominal, check: Nominal) -> Flight:
     """Simulate the models of a dive on a further dive with filters `check`.
 
-    `nominal` is the model before, `now` with its causes the model after. Masses, dampings and causes come from the
+    `nominal` is the model before, `now` with its causes the model after. Masses, drags and causes come from the
     dive, trims and noise levels from the further dive.
     """
-    mass, damping, fit = now.course.mass, now.course.damping, check
+    fit = check
     for _ in range(PASSES if causes else 1):
-        course = replace(fit.course, mass=mass, damping=damping)
-        fit = refitted(check, [cause.act(course) for cause in causes], fit)
-    course = replace(fit.course, mass=mass, damping=damping)
+        fit = refitted(check, [cause.act(_with_hull(fit.course, now)) for cause in causes], fit)
+    course = _with_hull(fit.course, now)
     nu, wrong = fit.motion.nu, beyond_motion_of(causes, course)
     after = simulation_of(fit, with_coefficients(fit, now), nu, slope=slope_of(causes, course))
     before = simulation_of(check, with_coefficients(check, nominal), nu + wrong)
@@ -103,7 +107,7 @@ def predict(
 ) -> Prediction:
     """Predict a further dive with filters `check` by the models of a dive, `nominal` before and `explanation` after.
 
-    Masses, dampings and causes come from the dive; trims, noise levels and seas, which change between dives, from the
+    Masses, drags and causes come from the dive; trims, noise levels and seas, which change between dives, from the
     further dive. A cause that began within the dive acts in all of a later one, and not in one that `is_earlier`.
     Raises LogError if the further dive is too short.
     """
