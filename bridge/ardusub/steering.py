@@ -51,6 +51,7 @@ class Steering:
         self._arms: bool | None = None
         self._back_until_s = -math.inf
         self._due_s = {"arm": -math.inf, "mode": -math.inf}
+        self._armed_s = self._manual_s = -math.inf
 
     def fit(self, autopilot: Autopilot, mixer: Mixer) -> None:
         """Take the controller and the autopilot's mixer, once both are known."""
@@ -89,7 +90,9 @@ class Steering:
             return [*messages, *self._arming(now_s, heard)], actuation
         messages = [self._sticks(0, 0, 0, 0)] if held else []
         if heard.mode != MANUAL and (not heard.armed or left_s <= MODE_LEAD_S):
-            messages += self._mode(now_s, MANUAL)
+            ordered = self._mode(now_s, MANUAL)
+            self._manual_s = now_s if ordered else self._manual_s
+            messages += ordered
         if held or self._arms is False:
             messages += self._arming(now_s, heard)
         return messages, None
@@ -121,9 +124,8 @@ class Steering:
         first, self.flying = self.flying, False
         self._back_until_s = now_s + MODE_BACK_S if first else self._back_until_s
         messages = self._arming(now_s, heard)
-        gives_back = (
-            heard.mode == MANUAL and self._before not in (None, MANUAL) and now_s < self._back_until_s
-        )
+        manual = heard.mode == MANUAL or (heard.mode == self._before and _is_older(heard, self._manual_s))
+        gives_back = manual and self._before not in (None, MANUAL) and now_s < self._back_until_s
         if gives_back and self._arms is None:
             messages += self._mode(now_s, int(self._before or 0))
         elif self._arms is None:
@@ -133,10 +135,13 @@ class Steering:
         return messages
 
     def _arming(self, now_s: float, heard: Heard) -> list[Any]:
-        if self._arms is None or heard.armed == self._arms:
+        doubtful = self._arms is False and _is_older(heard, self._armed_s)
+        if self._arms is None or (heard.armed == self._arms and not doubtful):
             self._arms = None
             return []
-        return self._order("arm", now_s, dialect.MAV_CMD_COMPONENT_ARM_DISARM, float(self._arms), 0.0)
+        ordered = self._order("arm", now_s, dialect.MAV_CMD_COMPONENT_ARM_DISARM, float(self._arms), 0.0)
+        self._armed_s = now_s if ordered and self._arms else self._armed_s
+        return ordered
 
     def _mode(self, now_s: float, mode: int) -> list[Any]:
         return self._order("mode", now_s, dialect.MAV_CMD_DO_SET_MODE, _ENABLE, float(mode))
@@ -156,3 +161,8 @@ class Steering:
         return dialect.MAVLink_manual_control_message(
             self._system, round(ahead), round(aside), round(500 - down / 2), round(turn), 0
         )
+
+
+def _is_older(heard: Heard, ordered_s: float) -> bool:
+    """Whether the latest heartbeat may be of before an order was obeyed: it tells the state once a second."""
+    return heard.beat_s < ordered_s + AGAIN_S

@@ -176,6 +176,32 @@ def test_the_end_key_holds_it_and_a_second_press_disarms_it(flown):
     assert flown.pwm == {1500}
 
 
+def test_an_end_key_just_after_the_arming_leaves_it_disarmed():
+    """The autopilot says once a second whether it is armed: its last word is of before."""
+    flown = Flown(Ardusub()).afloat()
+    flown.session.begin(flown.limits, flown.aboard.bridge.navigation.depth_m, COUNTDOWN_S)
+    flown.until(lambda: flown.autopilot.armed)
+    assert not flown.aboard.companion.heard.armed
+    flown.session.stop()
+    flown.until(lambda: flown.flight.state is State.IDLE, 0.5).run(3.0)
+    assert not flown.autopilot.armed
+    assert flown.is_free()
+
+
+def test_a_stick_touched_just_after_the_change_of_mode_has_the_mode_that_was_before():
+    """The autopilot says its mode once a second: its last word is of before."""
+    flown = Flown(Ardusub()).afloat(ALT_HOLD)
+    arm(flown.autopilot, flown.aboard, flown.pilot, flown.dvl)
+    flown.run(1.5)
+    flown.session.begin(flown.limits, flown.aboard.bridge.navigation.depth_m, COUNTDOWN_S)
+    flown.until(lambda: flown.autopilot.mode == MANUAL)
+    assert flown.aboard.companion.heard.mode == ALT_HOLD
+    flown.pilot.flies, flown.pilot.sticks["y"] = True, 300
+    flown.until(lambda: flown.flight.state is State.IDLE, 0.5).run(3.0)
+    assert (flown.flight.end, flown.autopilot.mode, flown.autopilot.armed) == (End.STICKS, ALT_HOLD, True)
+    assert flown.is_free()
+
+
 def test_a_vehicle_that_the_pilot_holds_armed_is_taken_in_the_last_seconds_and_left_armed(flown):
     flown.afloat(ALT_HOLD)
     arm(flown.autopilot, flown.aboard, flown.pilot, flown.dvl)
