@@ -59,6 +59,7 @@ class Handover:
         self._due_s = -math.inf
         self._wrote_s = self._read_s = -math.inf
         self._deadline_s = math.inf
+        self._doubt_s = math.inf
 
     @property
     def forwards(self) -> bool:
@@ -114,8 +115,14 @@ class Handover:
             return
         asked = self._read_s > self._wrote_s
         before, self.value = self.value, value
-        if self.holder is Holder.HELD and value != self._system:
-            self.holder = Holder.FREE
+        if self.holder is Holder.HELD and value == self._system:
+            self._doubt_s = math.inf
+        elif self.holder is Holder.HELD and not self._read_s > self._doubt_s:
+            # It may be of before, and late: where another program wrote it, a read from now on says so too.
+            if self._doubt_s == math.inf:
+                self._doubt_s, self._due_s = now_s, now_s + QUIET_S
+        elif self.holder is Holder.HELD:
+            self.holder, self._doubt_s = Holder.FREE, math.inf
             self._bar(
                 f"{PILOT} became {value:g}: another program took the sticks",
                 f"sticks lost: {PILOT} set to {value:g} by another program: end it, then {_ON_AGAIN}",
@@ -171,11 +178,12 @@ class Handover:
 
     def _begin(self, holder: Holder, now_s: float) -> None:
         self.holder, self._due_s, self._deadline_s = holder, now_s, now_s + GIVE_UP_S
+        self._doubt_s = math.inf
         self._wrote_s = self._read_s = -math.inf
 
     def _messages(self, now_s: float) -> list[Any]:
         if self.holder in (Holder.FREE, Holder.HELD):
-            return self._read(now_s, CHECK_EVERY_S)
+            return self._read(now_s, CHECK_EVERY_S if self._doubt_s == math.inf else AGAIN_S)
         if now_s >= self._deadline_s and self.holder is Holder.TAKING:
             self._bar(
                 f"the autopilot does not answer for {PILOT}",

@@ -235,6 +235,23 @@ def test_another_program_that_takes_the_sticks_keeps_them(autopilot):
     assert pwm(aboard)[2] == pytest.approx(stick_pwm(300), abs=1.5)
 
 
+def late_value(fake, value):
+    """A PARAM_VALUE that is of before, as on a slower link beside the first, or behind a list of parameters."""
+    fake.send(dialect.MAVLink_param_value_message(b"SYSID_MYGCS", value, 9, 1, 0))
+
+
+def test_a_late_word_of_before_does_not_pass_for_another_program_that_took_the_sticks(fake):
+    aboard, pilot = under_way(fake, Mode.ALONE)
+    late_value(fake, 255.0)
+    pilot.sticks["x"] = 300
+    fake.run(3.0, aboard, pilot)
+    assert taken(aboard)
+    assert not aboard.companion.handover.fault
+    assert fake.armed, "the pilot's sticks went on"
+    assert pwm(aboard)[2] > stick_pwm(200)
+    assert not any("another program" in text for text in pilot.texts())
+
+
 def test_in_a_mode_that_holds_by_itself_the_sticks_pass_as_they_are(fake):
     aboard, pilot = under_way(fake, Mode.ALONE)
     fake.set_mode(POSHOLD)
