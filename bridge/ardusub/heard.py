@@ -27,6 +27,7 @@ _ANSWERS: Final = (
     dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION,
 )
 _NO_VOLTAGE_MV: Final = 65535
+_DEPTH_SENSOR: Final = dialect.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
 _SWITCHES: Final = {b"PilotGain": "gain", b"InputHold": "input_hold", b"RollPitch": "roll_pitch"}
 _NAMED: Final = struct.Struct("<If10s")
 
@@ -41,6 +42,7 @@ class Heard:
     move, each NaN before it was heard. `is_other`: another autopilot than ArduSub beat there; `elsewhere`: the system
     of an ArduSub that beats as another vehicle, 0 for none. `applet_s`: when a script of ours in the autopilot beat.
     `pwm_us` are the pulses of outputs 1 to 16, `pressure_pa` the second barometer's, which is the one in the water.
+    `depth_fails`: that one has failed by SYS_STATUS (ArduSub/GCS_Sub.cpp); ArduSub goes on sending its last pressure.
     """
 
     system: int
@@ -62,6 +64,7 @@ class Heard:
     attitude_s: float = -math.inf
     pressure_pa: float = math.nan
     pressure_s: float = -math.inf
+    depth_fails: bool = False
     voltage_v: float = math.nan
     voltage_s: float = -math.inf
 
@@ -86,12 +89,15 @@ class Heard:
                 self.attitude_s = now_s
         elif number == dialect.MAVLINK_MSG_ID_SCALED_PRESSURE2:
             message = decode(frame)
-            if message is not None:
+            if message is not None and not self.depth_fails:
                 self.pressure_pa, self.pressure_s = 100.0 * message.press_abs, now_s
         elif number == dialect.MAVLINK_MSG_ID_SYS_STATUS:
             message = decode(frame)
-            if message is not None and 0 < message.voltage_battery < _NO_VOLTAGE_MV:
-                self.voltage_v, self.voltage_s = 1e-3 * message.voltage_battery, now_s
+            if message is not None:
+                failed = message.onboard_control_sensors_enabled & ~message.onboard_control_sensors_health
+                self.depth_fails = bool(failed & _DEPTH_SENSOR)
+                if 0 < message.voltage_battery < _NO_VOLTAGE_MV:
+                    self.voltage_v, self.voltage_s = 1e-3 * message.voltage_battery, now_s
         elif number in _ANSWERS:
             return decode(frame)
         return None

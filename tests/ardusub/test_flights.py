@@ -304,6 +304,17 @@ def applet_beats(flown):
     flown.autopilot.send(dialect.MAVLink_named_value_float_message(0, b"FF_MODE", 0.0))
 
 
+def test_a_depth_sensor_that_the_autopilot_reports_as_failed_ends_the_flight_though_its_last_pressure_comes():
+    flown = Flown(Ardusub()).afloat().flying()
+    flown.autopilot.depth_fails = True
+    flown.until(lambda: flown.flight.state is State.HOLDING, 3.0)
+    assert flown.flight.end is End.NO_DEPTH
+    flown.until(lambda: not flown.autopilot.armed, 10.0)
+    flown.session.begin(flown.limits, 2.0, COUNTDOWN_S)
+    flown.run(1.0)
+    assert "no flight: no depth" in "".join(flown.pilot.texts())
+
+
 @pytest.mark.parametrize("change", [no_failsafe, second_companion, applet_beats])
 def test_what_would_have_let_no_flight_begin_brings_it_back_under_way(fake, change):
     flown = Flown(fake).afloat().flying()

@@ -94,6 +94,8 @@ class Ardusub:
         self.pwm = self.mixed()
         self.booted_s = 0.0
         self.depth_m, self.voltage_v = 2.0, 16.0
+        # One that fails leaves its last pressure in SCALED_PRESSURE2; SYS_STATUS alone tells.
+        self.depth_fails = False
         # A link without streams: the joystick's switches (251) come only with the stream that carries them.
         self.intervals = dict(UNASKED)
         self.says_switches = True
@@ -320,7 +322,9 @@ class Ardusub:
                 self.send(dialect.MAVLink_scaled_pressure2_message(boot_ms, hpa, 0.0, 1000))
             elif number == 1:
                 volts = round(1e3 * self.voltage_v)
-                self.send(dialect.MAVLink_sys_status_message(0, 0, 0, 0, volts, *(0,) * 8))
+                water = dialect.MAV_SYS_STATUS_SENSOR_ABSOLUTE_PRESSURE
+                health = 0 if self.depth_fails else water
+                self.send(dialect.MAVLink_sys_status_message(water, water, health, 0, volts, *(0,) * 8))
             elif number == 30:
                 self.send(dialect.MAVLink_attitude_message(boot_ms, 0.0, 0.0, 0.3, 0.0, 0.0, 0.0))
             elif number == 251 and self.says_switches:
