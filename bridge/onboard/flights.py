@@ -1,5 +1,6 @@
 """Flights aboard: the ground's orders and the pilot's sticks on the way to the state machine."""
 
+from collections import deque
 from typing import Any, Final
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -17,6 +18,8 @@ from bridge.wire.readings import Reading
 TOUCH: Final = 50
 """A stick this far from its rest, of 1000, is touched: more than any gamepad's noise."""
 Z_REST: Final = 500
+KEPT_NUMBERS: Final = 8
+"""Of the orders to begin or to fly: a repeat may come late, on a slower way to the vehicle, after the end."""
 TELL_EVERY_S, REST_TELL_EVERY_S = 0.2, 1.0
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _STICKS: Final[int] = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
@@ -39,6 +42,7 @@ class Flights:
         self._legs: dict[int, Seven] = {}
         self._rows: dict[int, Seven] = {}
         self._obeyed = 0.0
+        self._begun = deque[float](maxlen=KEPT_NUMBERS)
         self._tell_s = 0.0
         self._spoken = State.IDLE, End.NONE
 
@@ -74,8 +78,9 @@ class Flights:
         if numbers[0] == Order.HERE:
             self._here_s = now_s
             return _ACCEPTED, place
-        if numbers[1] != self._obeyed:
-            if numbers[0] in (Order.BEGIN, Order.FLY) and self._rows_of(numbers) is None:
+        begins = numbers[0] in (Order.BEGIN, Order.FLY)
+        if numbers[1] != self._obeyed and not (begins and numbers[1] in self._begun):
+            if begins and self._rows_of(numbers) is None:
                 return _AGAIN, place
             seen = Seen(now_s, navigation, armed, now_s, self._touched(now_s))
             refused = (obstacle if numbers[0] == Order.BEGIN else "") or self._obey(numbers, seen)
@@ -83,6 +88,8 @@ class Flights:
                 self._texts.append(f"no flight: {refused}")
                 return _DENIED, place
             self._obeyed = numbers[1]
+            if begins:
+                self._begun.append(numbers[1])
         return _ACCEPTED, place
 
     def take_texts(self) -> list[str]:

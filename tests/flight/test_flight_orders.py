@@ -146,6 +146,17 @@ def test_a_repeated_order_is_acknowledged_and_not_obeyed_again():
     assert deck.state is State.IDLE
 
 
+def test_an_order_repeated_late_after_the_one_that_ended_it_is_not_obeyed_again():
+    """As on a second, slower way to the vehicle."""
+    deck = Deck()
+    deck.begin(number=7.0)
+    deck.send(ORDER, Order.END, 8.0)
+    assert deck.begin(number=7.0) == (ACCEPTED, Order.BEGIN)
+    assert deck.state is State.IDLE
+    assert deck.begin(number=9.0) == (ACCEPTED, Order.BEGIN)
+    assert deck.state is State.COUNTDOWN
+
+
 def test_what_arrived_in_part_is_not_begun_and_asked_for_again():
     deck = Deck()
     rows = limit_rows(LIMITS, 1.5)
