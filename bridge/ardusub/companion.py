@@ -121,8 +121,8 @@ class Companion:
         return self.heard.link
 
     def beats(self, now_s: float) -> bool:
-        """Whether to send a HEARTBEAT: always while the companion holds the sticks or flies, else only while the ground
-        beats."""
+        """Whether to send a HEARTBEAT: only while the ground beats where the companion holds the sticks and does not
+        fly, always else."""
         heard = now_s - self._ground_s <= GROUND_WITHIN_S
         return not self.handover.forwards or self.steering.active or heard
 
@@ -252,6 +252,8 @@ class Companion:
     def leave(self) -> bool:
         """Give the sticks back from now on; True once that is proven."""
         self._leaving = True
+        if self.flights.flight.state is State.COUNTDOWN:
+            self.flights.flight.stop()
         if self.steering.flying:
             self.steering.arm(False)
         return self.handover.holder is Holder.FREE and not self.steering.pending

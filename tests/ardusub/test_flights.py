@@ -14,6 +14,7 @@ from test_dvl_and_recording import WITH_DVL, Dvl
 from bench.ardusub.firmware import Passing
 from bridge.flight.flight import End, State
 from bridge.flight.limits import FlightLimits
+from bridge.onboard.program import LEAVE_WITHIN_S
 from bridge.vehicle.legs import Leg
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.flying.session import FlightSession
@@ -285,6 +286,19 @@ def test_nothing_is_armed_without_a_flight_and_a_stopped_companion_leaves_it_dis
     flown.flying()
     flown.until(lambda: flown.aboard.companion.leave(), 5.0).run(1.0)
     assert (flown.flight.end, flown.armed, flown.pwm) == (End.TAKEN, False, {1500})
+    assert flown.is_free()
+
+
+@pytest.mark.parametrize("armed", [True, False])
+def test_a_companion_that_is_stopped_in_a_countdown_disarms_and_proves_the_sticks_given_back_in_time(armed):
+    flown = Flown(Ardusub()).afloat(ALT_HOLD)
+    flown.session.begin(flown.limits, flown.aboard.bridge.navigation.depth_m, 30.0)
+    flown.until(lambda: flown.aboard.companion.heard.mode == MANUAL)
+    if armed:
+        flown.until(lambda: flown.aboard.companion.armed)
+    flown.until(lambda: flown.aboard.companion.leave(), LEAVE_WITHIN_S).run(0.1)
+    assert flown.flight.state is State.IDLE
+    assert (flown.autopilot.armed, flown.autopilot.mode) == (False, ALT_HOLD)
     assert flown.is_free()
 
 
