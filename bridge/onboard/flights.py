@@ -21,6 +21,8 @@ Z_REST: Final = 500
 KEPT_NUMBERS: Final = 8
 """Of the orders to begin or to fly: a repeat may come late, on a slower way to the vehicle, after the end."""
 TELL_EVERY_S, REST_TELL_EVERY_S = 0.2, 1.0
+_MORE_AXES: Final = {"s": 1, "t": 2}
+"""Pitch and roll, with the bit of `enabled_extensions` that says that they are in use."""
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _STICKS: Final[int] = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
 HEARD: Final = (_HEARTBEAT, _STICKS)
@@ -158,5 +160,6 @@ class Flights:
 def touched(sticks: Any) -> bool:
     """Whether a MANUAL_CONTROL has a stick off its rest or a button pressed; an axis of 32767 is not in use."""
     rest = {"x": 0, "y": 0, "z": Z_REST, "r": 0}
+    rest |= {axis: 0 for axis, bit in _MORE_AXES.items() if sticks.enabled_extensions & bit}
     moved = [axis for axis, at in rest.items() if abs(getattr(sticks, axis) - at) > TOUCH]
-    return bool(sticks.buttons) or any(getattr(sticks, axis) != 32767 for axis in moved)
+    return bool(sticks.buttons or sticks.buttons2) or any(getattr(sticks, axis) != 32767 for axis in moved)

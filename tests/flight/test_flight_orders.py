@@ -199,11 +199,17 @@ def test_an_impossible_place_is_denied(place):
     assert orders.MOST_LEGS == 100
 
 
-def sticks(x=0, y=0, z=500, r=0, buttons=0):
-    return dialect.MAVLink_manual_control_message(1, x, y, z, r, buttons)
+def sticks(x=0, y=0, z=500, r=0, buttons=0, **more):
+    return dialect.MAVLink_manual_control_message(1, x, y, z, r, buttons, **more)
 
 
-@pytest.mark.parametrize("moved", [{"x": 51}, {"y": -51}, {"z": 551}, {"z": 449}, {"r": 60}, {"buttons": 1}])
+@pytest.mark.parametrize(
+    "moved",
+    [
+        *({"x": 51}, {"y": -51}, {"z": 551}, {"z": 449}, {"r": 60}, {"buttons": 1}, {"buttons2": 1}),
+        *({"enabled_extensions": 1, "s": -60}, {"enabled_extensions": 3, "t": 51}),
+    ],
+)
 def test_any_stick_and_any_button_is_a_touch(moved):
     assert touched(sticks(**moved))
     deck = Deck()
@@ -214,6 +220,6 @@ def test_any_stick_and_any_button_is_a_touch(moved):
     assert deck.flights.take_texts() == ["flight ends: sticks moved, they have control"]
 
 
-@pytest.mark.parametrize("still", [{}, {"x": 50, "y": -50, "z": 540, "r": 3}, {"x": 32767, "r": 32767}])
+@pytest.mark.parametrize("still", [{}, {"x": 50, "y": -50, "z": 540, "r": 3}, {"x": 32767, "r": 32767}, {"s": 600}])
 def test_sticks_at_rest_and_axes_not_in_use_are_none(still):
     assert not touched(sticks(**still))
