@@ -143,8 +143,9 @@ class Flights:
             return "there is no such order"
         try:
             if order == Order.BEGIN:
-                self._here_s = None
-                return self.flight.begin(*orders.limits_in(rows), countdown_s, seen)
+                refused = self.flight.begin(*orders.limits_in(rows), countdown_s, seen)
+                self._here_s = self._here_s if refused else None
+                return refused
             return self.flight.fly([orders.leg_of(row) for row in rows], seen)
         except ConfigError as error:
             return str(error)

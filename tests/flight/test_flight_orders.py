@@ -137,6 +137,18 @@ def test_a_ground_that_says_it_is_there_is_missed_where_another_beats_and_one_th
         assert (deck.flights.flight.end is End.LINK) == says
 
 
+def test_a_ground_that_flies_is_missed_also_where_another_asked_in_vain_for_a_flight_meanwhile():
+    deck = Deck()
+    deck.begin()
+    deck.send(ORDER, Order.HERE)
+    assert deck.begin(number=9.0) == (DENIED, Order.BEGIN)
+    for _ in range(40):
+        deck.ideal.now_s += 0.1
+        deck.flights.hear(dialect.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), deck.ideal.now_s)
+        deck.step()
+    assert deck.flights.flight.end is End.LINK
+
+
 def test_a_repeated_order_is_acknowledged_and_not_obeyed_again():
     deck = Deck()
     deck.begin()
