@@ -232,6 +232,8 @@ def test_any_stick_and_any_button_is_a_touch(moved):
     assert deck.flights.take_texts() == ["flight ends: sticks moved, they have control"]
 
 
-@pytest.mark.parametrize("still", [{}, {"x": 50, "y": -50, "z": 540, "r": 3}, {"x": 32767, "r": 32767}, {"s": 600}])
+@pytest.mark.parametrize(
+    "still", [{}, {"x": 50, "y": -50, "z": 540, "r": 3}, {"x": 32767, "r": 32767}, {"s": 600}]
+)
 def test_sticks_at_rest_and_axes_not_in_use_are_none(still):
     assert not touched(sticks(**still))
