@@ -105,6 +105,14 @@ def whole(path: Path) -> Iterator[BinaryIO]:
         yield file
 
 
+def written_ns(path: Path) -> int:
+    """Time of a file's last write, ns; 0 if the file is missing."""
+    try:
+        return path.stat().st_mtime_ns
+    except OSError:
+        return 0
+
+
 def write_whole(path: Path, text: str, *, synced: bool = False) -> None:
     """Write a text file as `whole` does; `synced`: on the disk when this returns. Raises OSError.
 

@@ -9,7 +9,7 @@ from typing import Any, Final
 
 from bridge.clock import Clock, utc_text
 from bridge.errors import ConfigError, SeatrialError
-from bridge.files import clear_way, read_small
+from bridge.files import clear_way, read_small, written_ns
 from bridge.plain import from_json
 from bridge.reports import ERROR, Report, read
 from bridge.vehicle.config import load_vehicle
@@ -71,7 +71,7 @@ class Work:
             words += _in_force(dive, at.vehicle, at.accepted or RECEIPTS)
             words += [word for effect in conditions_of(dive).impossible for word in ("--without", effect)]
         self._of, self._at, self._tenths = function, at, {}
-        self._before_ns = {place: _written_ns(place) for place in (Path(at.json), self._left)}
+        self._before_ns = {place: written_ns(place) for place in (Path(at.json), self._left)}
         self._job = Job(f"{function} {dive}", words, self._clock.boot_s())
         self._say(f"{function}: {dive}, in a process of its own; `seatrial cancel` ends it")
 
@@ -130,7 +130,7 @@ class Work:
 
     def _is_new(self, place: Path) -> bool:
         """Whether a file was written since the function began: an older one is of an earlier run."""
-        return _written_ns(place) != self._before_ns[place]
+        return written_ns(place) != self._before_ns[place]
 
     def _hear(self, report: Report) -> None:
         """Say an error, and a step once a tenth."""
@@ -177,14 +177,6 @@ def diagnosed_lines(answer: Mapping[str, Any]) -> Iterator[str]:
     yield from (
         f"  {line}" for line in (*texts["character"], *texts["disturbance"], *texts["next"], *texts["notes"])
     )
-
-
-def _written_ns(place: Path) -> int:
-    """When a file was written last, ns; 0 without it."""
-    try:
-        return place.stat().st_mtime_ns
-    except OSError:
-        return 0
 
 
 class _Options(ArgumentParser):

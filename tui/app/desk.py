@@ -8,13 +8,14 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ConfigError, LogError
+from bridge.files import written_ns
 from gcs_plugin.dives.folder import ABOUT, About, DiveFolder, list_folders, vehicle_named
 from gcs_plugin.dives.recordings import length_s, recordings
 from gcs_plugin.locks import is_being_written
 from gcs_plugin.params.receipt import RECEIPT, kept_in, path_of
 from tui.app.connecting import Choice, Way, ways_now
 from tui.app.diagnosis import is_contradicted
-from tui.app.jobs import Jobs, newer, written_ns
+from tui.app.jobs import Jobs, newer
 from tui.app.view import Replay
 from tui.dive_list import kept_glance
 

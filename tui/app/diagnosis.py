@@ -7,14 +7,14 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError
-from bridge.files import read_small
+from bridge.files import read_small, written_ns
 from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.forecast import ForecastRow
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.validation.against_forecast import rows_words
-from tui.app.jobs import real, written_ns
+from tui.app.jobs import real
 
 OF_DRIFT: Final = ("after", "heldout", "by_axis")
 """Drifts in numbers."""

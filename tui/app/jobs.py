@@ -20,7 +20,7 @@ from typing import Any, Final, Generic, TypeVar
 
 from bridge import exit_codes, reports
 from bridge.errors import ConfigError
-from bridge.files import clear_way, read_small
+from bridge.files import clear_way, read_small, written_ns
 from bridge.plain import from_json
 from bridge.reports import PAGE, UNKEPT, Report
 from gcs_plugin.job import Job
@@ -273,14 +273,6 @@ class Kept(Generic[T]):
 def real(value: Any) -> float:
     """A number of a JSON file, NaN for null."""
     return math.nan if value is None else float(value)
-
-
-def written_ns(path: Path) -> int:
-    """Time of a file's last write, ns; 0 if the file is missing."""
-    try:
-        return path.stat().st_mtime_ns
-    except OSError:
-        return 0
 
 
 def newer(path: Path, than: Path) -> bool:

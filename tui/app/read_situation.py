@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import LogError, ParamError
-from bridge.files import read_small
+from bridge.files import read_small, written_ns
 from bridge.plain import from_json
 from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.params.files import read_parameters
@@ -17,7 +17,7 @@ from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Armed, Kind
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns, values_of
 from tui.app.diagnosis import has_changed, is_contradicted
-from tui.app.jobs import JobState, written_ns
+from tui.app.jobs import JobState
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import flight_of
 from tui.app.screens.transfer import WRITE

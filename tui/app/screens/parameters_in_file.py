@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import LogError, ParamError
+from bridge.files import written_ns
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import NOT_SET, acting, is_unset, unit_of
 from tui.app.drawing import Lines, lines_of, titled, wrapped
-from tui.app.jobs import written_ns
 from tui.app.screens.parameters_table import ONE, number
 
 SAME: Final = 5e-4

@@ -8,13 +8,14 @@ from typing import Any, Final
 
 from bridge.errors import ConfigError
 from bridge.exit_codes import NothingLeft
+from bridge.files import written_ns
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.comparison import Comparison
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import Verdict
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.desk import Desk, values_of
-from tui.app.jobs import JobState, written_ns
+from tui.app.jobs import JobState
 from tui.app.view import STALE_S
 
 ARMED: Final = "ARMED"
