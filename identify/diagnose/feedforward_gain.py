@@ -10,7 +10,6 @@ from identify.diagnose.filters.nominal import Nominal, quadratic_of
 from identify.diagnose.gap.missing import Missing
 from identify.diagnose.gap.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.result import Gain
-from identify.effects.course import Course
 from identify.estimators.likelihood.axis import DISTURBANCE, TIME_CONSTANT
 from identify.statistics import left_of
 
@@ -30,7 +29,7 @@ def feedforward_gain(
     if not cause.effect.feedforward or cause.act(now.course).wrench is None:
         return None
     wrench = missing_wrench_of(others, now.course)
-    left = np.column_stack([_beyond_refit(wrench[:, dof], now.course, dof) for dof in range(6)])
+    left = np.column_stack([_beyond_refit(wrench[:, dof], now, dof) for dof in range(6)])
     return feedforward_gain_by(left[::EACH], missing, now, braking)
 
 
@@ -59,8 +58,10 @@ def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
     return np.asarray(np.maximum(of_hull - np.diagonal(slope, axis1=1, axis2=2), 0.0))
 
 
-def _beyond_refit(force: Array, course: Course, dof: int) -> Array:
-    return left_of(np.column_stack([course.nu[:, dof], course.nu_dot[:, dof]]), force)
+def _beyond_refit(force: Array, now: Nominal, dof: int) -> Array:
+    nu, nu_dot = now.course.nu[:, dof], now.course.nu_dot[:, dof]
+    squared = [np.abs(nu) * nu] if quadratic_of(now.joint, now.theta)[dof] else []
+    return left_of(np.column_stack([nu, nu_dot, *squared]), force)
 
 
 def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:

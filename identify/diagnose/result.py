@@ -242,13 +242,14 @@ NOTHING = Accepted({}, (), ())
 
 @dataclass(frozen=True)
 class Hull:
-    """All masses and dampings (6 each) of the fit with the causes, SI, 0 for a damping that was not fitted; its
-    disturbance's standard deviations (6, N and N m, 0 if not fitted) and time constant."""
+    """All masses, linear and quadratic dampings (6 each) of the fit with the causes, SI, 0 for a damping that was not
+    fitted; its disturbance's standard deviations (6, N and N m, 0 if not fitted) and time constant."""
 
     mass: tuple[float, ...]
     damping: tuple[float, ...]
     disturbance: tuple[float, ...]
     disturbance_time_s: float
+    quadratic: tuple[float, ...] = (0.0,) * 6
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from bridge.arrays import Array
 from bridge.errors import SeatrialError
 from bridge.simulator.direct import Noise, TruthRun, simulate_truth
 from bridge.simulator.truth import GAIN, PLANTED, Truth
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, gain_name
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, DOFS, MASSES, QUADRATIC_NAMES, gain_name
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import AXES, FEEDFORWARD_DOFS
 from bridge.vehicle.forecast import TWICE, Credit, ForecastRow
@@ -242,11 +242,14 @@ def fed_by(dive: Dive, file: VehicleFile, configuration: str) -> dict[str, float
 def twin_of(hull: Hull, values: Mapping[str, float]) -> Truth:
     """The accepted model as a vehicle in the water: fitted masses and dampings, replaced by accepted `values`."""
     model: dict[str, float] = {}
+    effects = dict(zip(QUADRATIC_NAMES, hull.quadratic, strict=True))
+    effects |= {name: value for name, value in values.items() if name in PLANTED or GAIN.fullmatch(name)}
     for dof in range(6):
         mass = values.get(MASSES[dof].name, hull.mass[dof])
-        damping = values.get(DAMPINGS[dof].name, hull.damping[dof]) or mass / BRAKES_S
+        damping = values.get(DAMPINGS[dof].name, hull.damping[dof])
+        if not damping and not effects[QUADRATIC_NAMES[dof]]:
+            damping = mass / BRAKES_S
         model |= {MASSES[dof].name: mass, DAMPINGS[dof].name: damping}
-    effects = {name: value for name, value in values.items() if name in PLANTED or GAIN.fullmatch(name)}
     force = math.sqrt((hull.disturbance[0] ** 2 + hull.disturbance[1] ** 2) / 2)
     return Truth(model, force, hull.disturbance[5], max(hull.disturbance_time_s, LEAST_SEA), effects)
 

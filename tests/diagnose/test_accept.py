@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fakes.planted import diagnosed, drawn_nominal, explained, quiet
+from fakes.planted import damped, diagnosed, drawn_nominal, explained, quiet
 from soak import rows_rest_in_soak
 
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
@@ -493,9 +493,7 @@ def test_no_mass_is_accepted_below_the_rigid_body_s_or_beyond_what_water_adds(ti
 def draggy():
     """A dive of a hull with quadratic drag, whose file says so, and its diagnosis."""
     case = draw_case(300_933, names=["quadratic_drag"], seconds=150.0)
-    shape = replace(case.file.vehicle.configurations[case.configuration], damping="both")
-    vehicle = replace(case.file.vehicle, configurations={case.configuration: shape})
-    file = replace(case.file, vehicle=vehicle)
+    file = damped(case.file, "both")
     return case, file, diagnose(dive_of(case), file, case.configuration, progress=quiet)
 
 
@@ -526,8 +524,8 @@ def test_a_quadratic_drag_accepted_earlier_is_compared_with_the_dives(draggy, sh
 
 def test_of_a_hull_with_quadratic_drag_alone_no_linear_damping_is_accepted(draggy):
     case, file, _ = draggy
-    shape = replace(file.vehicle.configurations[case.configuration], damping="quadratic")
-    alone = replace(file, vehicle=replace(file.vehicle, configurations={case.configuration: shape}))
+    alone = damped(file, "quadratic")
+    shape = alone.vehicle.configurations[case.configuration]
     values = accepted_of((), nominal_of(dive_of(case), alone, case.configuration), shape).values
     assert "X_uu" in values
     assert not {item.name for item in DAMPINGS} & values.keys()

@@ -7,6 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from fakes.planted import damped
 
 from bench.missions.mission import draw_one
 from identify.diagnose.causes.candidates import Cause
@@ -247,10 +248,7 @@ def test_what_foretells_nothing_is_not_contradicted_by_a_gap_that_stays() -> Non
 def check():
     """A dive of a hull that has quadratic drag by its vehicle file."""
     mission = draw_one(100_300, seconds=60.0)
-    vehicle, name = mission.file.vehicle, mission.configuration
-    hull = replace(vehicle.configurations[name], damping="both")
-    file = replace(mission.file, vehicle=replace(vehicle, configurations={name: hull}))
-    return nominal_of(mission.dive, file, name)
+    return nominal_of(mission.dive, damped(mission.file, "both"), mission.configuration)
 
 
 def test_the_quadratic_drag_of_the_hull_itself_brakes_an_error_too(check):

@@ -4,10 +4,10 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fakes.planted import planted_nominal
+from fakes.planted import damped, planted_nominal
 from numpy.typing import NDArray
 
-from identify.challenge.case import draw_case
+from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import (
     between_parts,
@@ -18,6 +18,7 @@ from identify.diagnose.causes.confidence import (
 )
 from identify.diagnose.causes.search import Explanation
 from identify.diagnose.causes.weighing import Weighing, weighing_of
+from identify.diagnose.filters.nominal import nominal_of
 from identify.effects.course import delayed
 from identify.effects.effect import Act
 from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
@@ -78,6 +79,17 @@ def weighing() -> Weighing:
 def test_drag_that_grows_is_so_many_times_the_damping_and_changes_with_it(weighing: Weighing) -> None:
     cause = Cause(FOULING, np.array([4e-4]))
     force = weighing.rows.columns([cause.act(weighing.now.course)], weighing.now.course)[:, 0]
+    with_it = coupled_nominal(weighing, (cause,)).dense() - weighing.rows.nuisance.dense()
+    assert with_it.sum(axis=1) == pytest.approx(-force, abs=1e-6 * float(np.abs(force).max()))
+
+
+def test_a_growing_drag_of_a_hull_with_quadratic_drag_of_its_own_changes_with_that_too() -> None:
+    case = draw_case(318_900, names=["fouling"], size=0.8, seconds=120.0)
+    weighing = weighing_of(
+        nominal_of(dive_of(case), damped(case.file, "both"), case.configuration), (FOULING,)
+    )
+    cause, course = Cause(FOULING, np.array([4e-4])), weighing.now.course
+    force = weighing.rows.columns([cause.act(course)], course)[:, 0]
     with_it = coupled_nominal(weighing, (cause,)).dense() - weighing.rows.nuisance.dense()
     assert with_it.sum(axis=1) == pytest.approx(-force, abs=1e-6 * float(np.abs(force).max()))
 

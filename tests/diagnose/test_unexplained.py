@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fakes.planted import drawn_nominal, planted_nominal
+from fakes.planted import damped, drawn_nominal, planted_nominal
 from soak import rows_rest_in_soak
 
 from bridge.arrays import Array
@@ -403,10 +403,7 @@ def test_a_sea_that_comes_and_goes_is_among_the_candidates_with_its_period(name,
 
 def test_the_force_that_periods_are_read_from_lacks_nothing_of_the_hull_s_own_quadratic_drag():
     case = draw_case(300_933, names=["quadratic_drag"], seconds=100.0)
-    vehicle, name = case.file.vehicle, case.configuration
-    hull = replace(vehicle.configurations[name], damping="both")
-    file = replace(case.file, vehicle=replace(vehicle, configurations={name: hull}))
-    now = nominal_of(dive_of(case), file, name)
+    now = nominal_of(dive_of(case), damped(case.file, "both"), case.configuration)
     disturbance = [float(np.exp(now.theta[of_axis][DISTURBANCE])) for of_axis in now.joint.slices]
     assert np.all(np.std(seas._missing(now), axis=0) < 1.2 * np.array(disturbance[:3]))
 

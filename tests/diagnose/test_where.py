@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from fakes.planted import diagnosed, planted_nominal
+from fakes.planted import damped, diagnosed, planted_nominal
 
 from bridge.vehicle.coefficients import DOFS
 from identify.challenge.case import dive_of, draw_case
@@ -13,6 +13,7 @@ from identify.checks.actuation.controller import unrecorded
 from identify.diagnose import diagnose as module
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.weighing import weighing_of
+from identify.diagnose.filters.nominal import nominal_of
 from identify.diagnose.gap.drift import Drift
 from identify.diagnose.gap.missing import (
     PHASES,
@@ -20,6 +21,7 @@ from identify.diagnose.gap.missing import (
     beyond_refit,
     character_of,
     depends_on,
+    disturbance_of,
     hull_of,
     missing_of,
     phases_of,
@@ -114,6 +116,34 @@ def test_what_a_refit_takes_up_whole_is_no_power_of_a_gap(nominal):
     missing = missing_of(model, model, still, still[:, :3], nominal)
     power = beyond_refit(missing, pushed - 2.0 * course.nu, nominal, EACH).power
     assert power.max() == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.fixture(scope="module")
+def draggy():
+    """A hull that has quadratic drag by its vehicle file, in a dive that hides nothing else."""
+    case = draw_case(300_933, names=["quadratic_drag"], seconds=100.0)
+    return nominal_of(dive_of(case), damped(case.file, "both"), case.configuration)
+
+
+def test_what_a_hull_s_own_quadratic_drag_takes_up_is_no_power_of_a_gap(draggy):
+    model = simulation_of(draggy, draggy.theta, draggy.motion.nu)
+    still = np.zeros_like(model.nu)
+    missing = missing_of(model, model, still, still[:, :3], draggy)
+    course = draggy.course
+    power = beyond_refit(missing, -5.0 * np.abs(course.nu) * course.nu, draggy, EACH).power
+    assert power.max() == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_hull_in_which_nobody_pushes_is_held_against_the_force_that_its_whole_drag_takes(draggy):
+    unpushed = replace(draggy, built=replace(draggy.built, unpushed={0: "no thrust there"}))
+    (surge,) = (each for each in disturbance_of(unpushed) if each.dof == "surge")
+    course = draggy.course
+    takes = course.mass[0] * course.nu_dot[:, 0]
+    takes += (
+        course.damping[0] * course.nu[:, 0] + course.quadratic[0] * np.abs(course.nu[:, 0]) * course.nu[:, 0]
+    )
+    assert surge.share == pytest.approx(min((surge.std / np.std(takes)) ** 2, 1.0))
+    assert hull_of(draggy).quadratic == tuple(course.quadratic)
 
 
 class TestPhases:

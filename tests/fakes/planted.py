@@ -1,8 +1,10 @@
 """Drawn and planted dives with their nominal models and diagnoses, and nobody who watches their progress."""
 
+from dataclasses import replace
 from functools import cache
 
 from bench.missions.mission import draw_one
+from bridge.vehicle.config import Damping, VehicleFile
 from identify.challenge.case import Case, dive_of
 from identify.diagnose.causes.search import Explanation, explain
 from identify.diagnose.diagnose import diagnose
@@ -20,6 +22,13 @@ def drawn_nominal(seed: int = 100_300, seconds: float = 120.0) -> Nominal:
     """The nominal model of a drawn dive without any effect."""
     mission = draw_one(seed, seconds=seconds)
     return nominal_of(mission.dive, mission.file, mission.configuration)
+
+
+def damped(file: VehicleFile, damping: Damping) -> VehicleFile:
+    """A drawn vehicle's file that gives its hull such a damping."""
+    ((name, shape),) = file.vehicle.configurations.items()
+    hulls = {name: replace(shape, damping=damping)}
+    return replace(file, vehicle=replace(file.vehicle, configurations=hulls))
 
 
 def planted_nominal(case: Case, dive: Dive | None = None) -> Nominal:

@@ -19,7 +19,7 @@ from identify.dive import Dive, Signal
 from identify.run.validate import validate
 from identify.validation.against_forecast import Foretelling, Foretellings
 from identify.validation.axis_criteria import Criterion
-from identify.validation.forecast import Forecast, fed_by, forecast, forecast_lines, mission_in
+from identify.validation.forecast import Forecast, fed_by, forecast, forecast_lines, mission_in, twin_of
 from identify.validation.raising import Raising
 
 FILE = load_vehicle("ruvifist:hovering")
@@ -285,6 +285,13 @@ def test_a_gain_that_is_accepted_no_longer_is_foretold_to_be_taken_back():
         if (row.axis, row.mode) == ("yaw", "both")
     )
     assert yaw.after < yaw.before / 2
+
+
+def test_the_twin_of_a_hull_with_quadratic_drag_alone_is_braked_by_that_and_by_an_accepted_value_of_it():
+    hull = replace(fitted(), damping=(1e-9,) * 6, quadratic=(40.0, 60.0, 80.0, 1.0, 2.0, 3.0))
+    assert twin_of(hull, {}).quadratic == hull.quadratic
+    assert max(twin_of(hull, {}).damping) < 1e-6
+    assert twin_of(hull, {"X_uu": 50.0}).quadratic == (50.0, *hull.quadratic[1:])
 
 
 def test_the_reference_is_flown_as_it_was_recorded(before):

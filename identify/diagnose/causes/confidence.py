@@ -23,7 +23,7 @@ from identify.diagnose.causes.evidence import NOTHING_NEW, SCARCE, Blocks, inver
 from identify.diagnose.causes.requirement import LEAST_SHARE
 from identify.diagnose.causes.search import Explanation, explained_by
 from identify.diagnose.causes.weighing import Fitted, Weighing
-from identify.diagnose.filters.nominal import Nominal
+from identify.diagnose.filters.nominal import Nominal, quadratic_of
 from identify.diagnose.filters.regression import mean_indices
 from identify.diagnose.gap.missing import disturbance_of, drowned
 from identify.effects.course import Course
@@ -148,7 +148,7 @@ def in_other_forms(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
         slopes = [cause.slope(course, fit.at[i][1]) for i in indices]
         by_slopes_alone, by_others = (
             np.column_stack([_along(course, act, act_of_cause) for act in acts])
-            for acts in ([*slopes, *_nominal_acts(course)], others)
+            for acts in ([*slopes, *_nominal_acts(weighing.now)], others)
         )
         taken = np.linalg.lstsq(by_slopes_alone, by_others, rcond=1e-10)[0]
         beyond, row = by_others - by_slopes_alone @ taken, _along(course, act_of_cause, act_of_cause)
@@ -184,12 +184,15 @@ def _along(course: Course, act: Act, like: Act) -> Array:
     return np.concatenate(parts)
 
 
-def _nominal_acts(course: Course) -> Iterator[Act]:
-    """Wrench per unit of each mass and damping."""
+def _nominal_acts(now: Nominal) -> Iterator[Act]:
+    """Wrench per unit of each mass and each drag that the hull's own model has."""
+    course, quadratic = now.course, quadratic_of(now.joint, now.theta)
     for dof in range(6):
         unit = np.where(np.arange(6) == dof, 1.0, 0.0)
         yield Act(wrench=course.coriolis_of(unit, course.nu) + unit * course.nu_dot)
         yield Act(wrench=unit * course.nu)
+        if quadratic[dof]:
+            yield Act(wrench=unit * np.abs(course.nu) * course.nu)
 
 
 def _partitions(weighing: Weighing, slopes: Array) -> Iterator[Parts]:
@@ -249,18 +252,23 @@ def _by_part(slopes: Array, left: Array, parts: Parts) -> ByPart:
 
 
 def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
-    """The nominal columns, with the causes' dependence on mass and damping included."""
+    """The nominal columns, with the causes' dependence on mass and drag included."""
     course, joint = weighing.now.course, weighing.now.joint
+    of_hull = quadratic_of(joint, weighing.now.theta)
     kept = sorted({*joint.mass_indices, *mean_indices(joint)})
     acts: list[Act] = []
     at: list[int] = []
     for problem, of_axis, of_mass in zip(joint.problems, joint.slices, joint.mass_indices, strict=True):
         dof = problem.axis.dof
-        factors = np.where(np.arange(6) == dof, 1.0 + NEAR, 1.0)
-        for moved, of in (
-            (replace(course, mass=course.mass * factors), of_mass),
-            (replace(course, damping=course.damping * factors), of_axis.start + DAMPING),
-        ):
+        more = np.where(np.arange(6) == dof, NEAR, 0.0)
+        moves = [
+            (replace(course, mass=course.mass * (1.0 + more)), of_mass),
+            (replace(course, damping=course.damping * (1.0 + more)), of_axis.start + DAMPING),
+        ]
+        if of_hull[dof]:
+            faster = replace(course, quadratic=course.quadratic + more * of_hull)
+            moves.append((faster, of_axis.start + problem.quadratic_index))
+        for moved, of in moves:
             for cause in causes:
                 change = cause.act(moved).less(cause.act(course)).times(1.0 / NEAR)
                 if any(np.any(part) for f in fields(change) if (part := getattr(change, f.name)) is not None):

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.diagnose.filters.nominal import Nominal
+from identify.diagnose.filters.nominal import Nominal, quadratic_of
 from identify.diagnose.filters.regression import LEVELLED
 from identify.diagnose.gap.drift import Drift
 from identify.diagnose.gap.simulation import Simulation
@@ -106,7 +106,7 @@ def missing_of(before: Simulation, after: Simulation, wrong: Array, felt: Array,
 
 
 def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) -> Missing:
-    """The gap with the power of the causes' forces (n, 6) beyond a refit of masses and dampings.
+    """The gap with the power of the causes' forces (n, 6) beyond a refit of masses and drags.
 
     every: instants of the course per instant of `missing`. The nominal model fits readings, not forces. Precise
     readings, as a gyro's, shift its masses and dampings far, and the missing force then includes that shift.
@@ -116,8 +116,11 @@ def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) ->
     known = missing.recorded[:, None]
     nu, nu_dot, force_of_causes = course.nu[::every], course.nu_dot[::every], wrench[::every] * known
     columns = []
-    for unit in np.eye(6):
+    quadratic = quadratic_of(noise.joint, noise.theta)
+    for dof, unit in enumerate(np.eye(6)):
         columns += [(unit * nu_dot + course.coriolis_of(unit, nu)) * known, unit * nu * known]
+        if quadratic[dof]:
+            columns.append(unit * np.abs(nu) * nu * known)
     table = np.stack([(column / force)[:, fitted].ravel() for column in columns], axis=1)
     value = (force_of_causes / force)[:, fitted].ravel()
     sizes, *_ = np.linalg.lstsq(table.T @ table, table.T @ value, rcond=None)
@@ -128,7 +131,7 @@ def beyond_refit(missing: Missing, wrench: Array, noise: Nominal, every: int) ->
 
 
 def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every: int) -> Missing:
-    """The gap with the generic forces of the unexplained remainder, beyond a refit of masses, dampings and trims.
+    """The gap with the generic forces of the unexplained remainder, beyond a refit of masses, drags and trims.
 
     every: instants of theirs per instant of `missing`. Power sums over all forces, but in each degree of freedom only
     the strongest counts as a force: their sum is undetermined. Collinear forces may have any size, so none counts for
@@ -139,10 +142,13 @@ def with_unexplained(missing: Missing, left: Unexplained, noise: Nominal, every:
     force, _ = _levels(noise)
     added: set[int] = set()
     seconds, memory_s = float(missing.time_s[-1] - missing.time_s[0]), _time_constants_s(noise)
+    quadratic = quadratic_of(noise.joint, noise.theta)
     for shape, size, gain in zip(left.shapes, left.forces, left.gains, strict=True):
         dof = shape.dof
         nu, nu_dot = course.nu[::every, dof], course.nu_dot[::every, dof]
-        beyond = size * left_of(np.column_stack([nu, nu_dot, np.ones(len(nu))]), shape.force[::every])
+        squared = [np.abs(nu) * nu] if quadratic[dof] else []
+        refit = np.column_stack([nu, nu_dot, np.ones(len(nu)), *squared])
+        beyond = size * left_of(refit, shape.force[::every])
         beyond = np.where(missing.recorded, beyond, 0.0)
         square = (beyond / force[dof]) ** 2
         most = 2.0 * gain * 2.0 * memory_s[dof] / seconds
@@ -314,6 +320,7 @@ def hull_of(now: Nominal) -> Hull:
         tuple(now.course.damping.tolist()),
         tuple(np.where(np.isfinite(force), force, 0.0).tolist()),
         math.exp(sum(logs) / len(logs)) if logs else 1.0,
+        tuple(now.course.quadratic.tolist()),
     )
 
 
@@ -336,8 +343,8 @@ def disturbance_of(now: Nominal) -> tuple[Disturbance, ...]:
     hardest = max(work.values(), default=0.0)
     for dof, pushing in thrust.items():
         pushed = dof not in now.built.unpushed and pushing > 0.0
-        motion = course.mass[dof] * course.nu_dot[:, dof] + course.damping[dof] * course.nu[:, dof]
-        compared_with = pushing if pushed else float(np.std(motion))
+        motion = course.mass * course.nu_dot + course.drag_of(course.nu)
+        compared_with = pushing if pushed else float(np.std(motion[:, dof]))
         std = float(force[dof])
         share = min((std / compared_with) ** 2, 1.0) if compared_with > 0 else 1.0
         driven = pushed and work.get(dof, 0.0) > DRIVEN * hardest
