@@ -1,6 +1,7 @@
 """The monitor of a vehicle on the air: readings and parameters in, its gap out. Times are the vehicle's boot times."""
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import Final
@@ -58,16 +59,22 @@ class _Samples:
         self.time_s, self.values = [], []
 
     def drop(self, before_s: float) -> None:
-        """Forget all older values but the last."""
-        first = sum(time_s < before_s for time_s in self.time_s[:-1])
-        del self.time_s[:first], self.values[:first]
+        """Forget all older values."""
+        self._drop(bisect_left(self.time_s, before_s))
+
+    def drop_used(self, end_s: float) -> None:
+        """Forget all older values but the last, from which on the next second begins."""
+        self._drop(max(bisect_right(self.time_s, end_s) - 1, 0))
+
+    def _drop(self, count: int) -> None:
+        del self.time_s[:count], self.values[:count]
 
     def covers(self, start_s: float, end_s: float) -> bool:
-        """Whether values lie at both ends, and no hole between them is long."""
-        times = [self.time_s[0], *(t for t in self.time_s if start_s < t < end_s), self.last_s]
-        inside = [min(max(t, start_s), end_s) for t in times]
-        holes = max((b - a for a, b in pairwise(inside)), default=math.inf)
-        return self.time_s[0] <= start_s and self.last_s >= end_s and holes <= LONGEST_HOLE_S
+        """Whether values lie at both ends or beyond, and no hole that reaches in between them is long."""
+        if not self.time_s[0] <= start_s < end_s <= self.last_s:
+            return False
+        first, last = bisect_right(self.time_s, start_s) - 1, bisect_left(self.time_s, end_s)
+        return all(b - a <= LONGEST_HOLE_S for a, b in pairwise(self.time_s[first : last + 1]))
 
     def at(self, time_s: Array) -> Array:
         """Values (n, w), straight between samples."""
@@ -205,7 +212,7 @@ class LiveGap:
                 return
             self._next_s = end_s
             for samples in self._signals.values():
-                samples.drop(end_s - STEP_S)
+                samples.drop_used(end_s)
 
     def _second(self, start_s: float, end_s: float) -> None:
         assert self._work is not None

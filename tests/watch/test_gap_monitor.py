@@ -369,3 +369,39 @@ def test_a_hole_in_the_readings_takes_nothing_back_and_one_that_lasts_leaves_the
             assert live.gap.axes
             assert live.gap.axes[3].floor == pytest.approx(learnt.axes[3].floor, rel=0.3)
     assert live.gap is None
+
+
+def at_rest(seconds, dvl_hz, silent=lambda *_: False):
+    """What a vehicle at rest says, all at 20 Hz but its DVL."""
+    said = [
+        (time_s, signal, values)
+        for signal, hz, values in (
+            ("pwm", 20.0, STILL_US),
+            ("imu", 20.0, (0.0, 0.0, -9.8, 0.0, 0.0, 0.0, math.nan)),
+            ("attitude", 20.0, (*LEVEL, 0.0, 0.0, 0.0)),
+            ("dvl", dvl_hz, (0.0, 0.0, 0.0, 0.004)),
+        )
+        for time_s in (np.arange(seconds * hz) / hz).tolist()
+        if not silent(signal, time_s)
+    ]
+    yield Reading("alive", math.nan, (1.0, 12.0, 0.0))
+    yield from (Reading(signal, time_s, values) for time_s, signal, values in sorted(said))
+
+
+def judged_s(readings):
+    """How many seconds of less than a minute are judged; the first five after a hole can't be."""
+    live = live_with(TRUTH.model)
+    for reading in readings:
+        live.take(reading)
+    return LEARNT_S - live.gap.learns_s
+
+
+@pytest.mark.parametrize("dvl_hz", [5.0, 7.3, 7.5, 10.0, 12.1])
+def test_every_second_is_judged_at_whatever_rate_the_dvl_pings(dvl_hz):
+    assert judged_s(at_rest(40, dvl_hz)) == pytest.approx(40 - 5, abs=2)
+
+
+@pytest.mark.parametrize("lost", [("dvl",), ("pwm", "imu", "attitude", "dvl")])
+def test_a_second_within_a_hole_of_the_readings_is_not_made_up_from_those_around_it(lost):
+    hole = at_rest(40, 10.0, silent=lambda signal, time_s: signal in lost and 20.0 < time_s < 24.0)
+    assert judged_s(hole) == pytest.approx(20 - 5 + 16 - 5, abs=2)
