@@ -17,6 +17,7 @@ from bridge.wire.readings import Reading
 from gcs_plugin.monitor.gap import Gap, GapMonitor
 from gcs_plugin.monitor.model import Model, model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
+from gcs_plugin.peers import Heartbeat, heartbeat_read
 
 NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
 """The signals that a comparison needs, in words."""
@@ -101,7 +102,7 @@ class LiveGap:
         self._values = {row.name: row.default for row in rows}
         self._values |= {name: value for name, value in held.items() if name in self._rows}
         self._changed_s = -math.inf
-        self._armed = self._acts = False
+        self._armed = self._acts = self._has_autopilot = False
         self._beats, self._unheard = 0, set(NEEDED)
         self._veh_cfg: float | None = None
         self._signals = {name: _Samples() for name in (*NEEDED, "fog", "battery")}
@@ -144,7 +145,7 @@ class LiveGap:
         self._unheard.discard(reading.signal)
         if reading.signal == "alive":
             self._beats += 1
-            self._arm(bool(reading.values[0]))
+            self._beat(heartbeat_read(reading.values, reading.time_s))
         elif reading.signal == "ff_mode":
             self._acts = reading.values[0] in (Mode.ALONE, Mode.BOTH)
         elif (
@@ -169,11 +170,15 @@ class LiveGap:
         if reading.signal == "dvl":
             self._go_on()
 
-    def _arm(self, armed: bool) -> None:
-        if armed and not self._armed:
+    def _beat(self, beat: Heartbeat) -> None:
+        """Follow whether the vehicle is armed, by its autopilot once that is heard: a camera beats too."""
+        self._has_autopilot = self._has_autopilot or beat.is_autopilot
+        if not (beat.is_autopilot if self._has_autopilot else beat.is_vehicle):
+            return
+        if beat.armed and not self._armed:
             self._begin_again()
             self._is_made = False
-        self._armed = armed
+        self._armed = beat.armed
 
     def _begin_again(self) -> None:
         """Start from here: after a hole in the readings, or a new boot."""

@@ -405,3 +405,20 @@ def test_every_second_is_judged_at_whatever_rate_the_dvl_pings(dvl_hz):
 def test_a_second_within_a_hole_of_the_readings_is_not_made_up_from_those_around_it(lost):
     hole = at_rest(40, 10.0, silent=lambda signal, time_s: signal in lost and 20.0 < time_s < 24.0)
     assert judged_s(hole) == pytest.approx(20 - 5 + 16 - 5, abs=2)
+
+
+@pytest.mark.parametrize("other", [(0.0, 30.0, 8.0), (0.0, 26.0, 8.0), (0.0, 18.0, 8.0)])
+def test_the_heartbeats_of_a_camera_a_gimbal_or_a_computer_aboard_disarm_no_vehicle(other):
+    def with_beats():
+        for number, reading in enumerate(at_rest(40, 10.0)):
+            yield reading
+            if number % 70 == 0:
+                yield Reading("alive", math.nan, other)
+                yield Reading("alive", math.nan, (1.0, 12.0, 3.0))
+
+    assert judged_s(with_beats()) == pytest.approx(40 - 5, abs=2)
+
+
+def test_without_an_autopilot_the_vehicle_is_armed_as_its_companion_says():
+    later = [*at_rest(40, 10.0)][1:]
+    assert judged_s([Reading("alive", math.nan, (1.0, 18.0, 8.0)), *later]) == pytest.approx(40 - 5, abs=2)
