@@ -428,7 +428,7 @@ class Bridge:
             # ArduSub fuses an ODOMETRY in these frames as a velocity north and east, and bends its heading to it.
             self._sides.write_all(withheld, but=self._companion.link)
         self._send_files()
-        self._sides.end_step()
+        self._sides.end_step(self._clock.boot_s())
 
     def _send_files(self) -> None:
         """Send FTP answers only to the link that asked, never into the ring, which would fill with itself."""
