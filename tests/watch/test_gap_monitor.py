@@ -14,6 +14,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.wire.readings import Reading
+from gcs_plugin.monitor.causes import likeliest
 from gcs_plugin.monitor.gap import LEARNT_S, GapMonitor, gap_line, worst
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
@@ -120,6 +121,14 @@ def test_a_departure_that_stays_is_an_alarm_after_half_a_minute_and_ends_a_minut
     quiet = drifts_of(np.random.default_rng(3), 200)
     ends = next(k for k, drift in enumerate(quiet) if monitor.add(drift) or monitor.gap.since_s is None)
     assert 60 < ends < 100
+
+
+def test_a_current_just_west_of_north_goes_towards_000_and_not_360():
+    causes = np.zeros((len(names_of(MODEL)), 6))
+    causes[names_of(MODEL).index("water north"), 0] = causes[names_of(MODEL).index("water east"), 1] = 1.0
+    drift = Drift(np.array([0.1, -0.0002, 0.0, 0.0, 0.0, 0.0]), np.zeros(6), causes, np.zeros(2), UNMOVED)
+    (cause,) = likeliest(MODEL, [drift] * 30, np.ones((30, 6)), 0.5)
+    assert cause.words == "a current of 0.10 m/s towards 000"
 
 
 def test_a_kick_however_hard_is_no_alarm():
