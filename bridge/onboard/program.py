@@ -225,7 +225,7 @@ def run(arguments: argparse.Namespace) -> int:
         for link in links:
             link.close()
     devices = vehicle.sensors.present()
-    if devices and bridge.closed_ports >= set(devices):
+    if devices and bridge.unread_ports >= set(devices):
         say(f"no device's port could be opened ({', '.join(devices)}); nothing was read")
         return exit_codes.LINK
     return exit_codes.DONE

@@ -155,9 +155,9 @@ class Bridge:
         return self._watch.faults
 
     @property
-    def closed_ports(self) -> frozenset[str]:
-        """Slots whose device's port can't be read."""
-        return self._watch.closed
+    def unread_ports(self) -> frozenset[str]:
+        """Slots whose device's port can't be read, and of which nothing ever came."""
+        return self._watch.unread
 
     def take(self, arrival: Arrival) -> None:
         """Take whatever came from a device."""
