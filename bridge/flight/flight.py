@@ -127,7 +127,7 @@ class Flight:
     def __init__(self, *, sways: bool) -> None:
         self.state, self.end = State.IDLE, End.NONE
         self.pose = Pose(0.0, 0.0, math.nan, math.nan)
-        self.disarms = False
+        self.disarms = self._was_armed = False
         self._sways = sways
         self._limits: FlightLimits | None = None
         self._time_s = self._begun_s = self._until_s = self._since_s = 0.0
@@ -166,6 +166,7 @@ class Flight:
         self._began = self.pose = Pose(0.0, 0.0, navigation.depth_m, navigation.heading_rad)
         self._station = Pose(0.0, 0.0, depth_m, navigation.heading_rad)
         self.state, self.end, self.disarms = State.COUNTDOWN, End.NONE, False
+        self._was_armed = seen.armed
         self._time_s = self._begun_s = self._altitude_s = self._voltage_s = seen.time_s
         self._until_s = seen.time_s + countdown_s
         self._exceeded.clear()
@@ -322,7 +323,8 @@ class Flight:
         self._until_s = self._time_s + self._bounds.hold_s
 
     def _idle(self, end: End) -> None:
-        self.disarms = self.disarms or (self.state is State.COUNTDOWN and end is not End.STICKS)
+        pilots = end is End.STICKS or (end is End.TAKEN and self._was_armed)
+        self.disarms = self.disarms or (self.state is State.COUNTDOWN and not pilots)
         self.state, self.end = State.IDLE, end
 
 
