@@ -127,6 +127,14 @@ def test_a_failsafe_is_an_alarm():
     assert dive.alarms == {Kind.VEHICLE: "the vehicle is in failsafe"}
 
 
+def test_a_value_just_beyond_its_limit_does_not_read_as_the_limit_itself():
+    density, surface_pa = RUVIFIST.vehicle.water.weight_n_m3, 100.0 * RUVIFIST.vehicle.water.surface_pressure_hpa
+    deep = (surface_pa + 10.002 * density, 15.0)
+    said = Dive().pictured(8, battery=(13.999, 3.0), pressure=deep)
+    assert said[Kind.BATTERY] == "battery 13.99 V, below 14 V"
+    assert said[Kind.DEPTH] == "depth 10.01 m, deeper than 10 m"
+
+
 def test_thrusters_whose_speeds_came_last_at_rest_and_come_no_more_do_not_stand():
     dive = Dive()
     dive.pictured(5)
