@@ -15,6 +15,7 @@ from typing import Final
 
 from bridge.flight.course import Course, Pose, moved, tilt_rad
 from bridge.flight.limits import FlightLimits
+from bridge.text import beyond
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.navigation import Navigation, known_at
 from bridge.vehicle.references import ZERO6, Reference
@@ -334,7 +335,7 @@ def _low(what: str, value: float, unit: str, least: float, limit: str) -> str:
         return ""
     if math.isnan(value):
         return f"no {what} measured: mend its sensor, or set {limit} 0 in the limits"
-    return f"{what} is {value:.2f} {unit}, below {limit} {least:g} of the limits"
+    return f"{what} is {beyond(value, least)} {unit}, below {limit} {least:g} of the limits"
 
 
 def _blind(navigation: Navigation) -> End:

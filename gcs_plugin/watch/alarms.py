@@ -15,6 +15,7 @@ from typing import Final
 from bridge import schema
 from bridge.errors import ConfigError
 from bridge.files import settings_folder
+from bridge.text import beyond
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
@@ -178,16 +179,16 @@ class Alarms:
     def _of_battery(self, picture: Picture) -> Iterator[_Sign]:
         volts, limit_v = picture.newest("voltage"), self._limits.battery_v
         if limit_v and volts < limit_v:
-            words = f"battery {_beyond(volts, limit_v)} V, below {limit_v:g} V"
+            words = f"battery {beyond(volts, limit_v)} V, below {limit_v:g} V"
             yield _Sign(Alarm(Kind.BATTERY, "", words), BATTERY_HOLDS_S)
 
     def _of_water(self, picture: Picture) -> Iterator[_Sign]:
         limits, depth_m, altitude_m = self._limits, picture.newest("depth"), picture.newest("altitude")
         if limits.depth_m and depth_m > limits.depth_m:
-            words = f"depth {_beyond(depth_m, limits.depth_m)} m, deeper than {limits.depth_m:g} m"
+            words = f"depth {beyond(depth_m, limits.depth_m)} m, deeper than {limits.depth_m:g} m"
             yield _Sign(Alarm(Kind.DEPTH, "", words), 0.0)
         if limits.altitude_m and altitude_m < limits.altitude_m:
-            words = f"altitude {_beyond(altitude_m, limits.altitude_m)} m, less than {limits.altitude_m:g} m"
+            words = f"altitude {beyond(altitude_m, limits.altitude_m)} m, less than {limits.altitude_m:g} m"
             yield _Sign(Alarm(Kind.ALTITUDE, "", words), ALTITUDE_HOLDS_S)
 
     def _of_thruster(self, row: ThrusterRow) -> Iterator[_Sign]:
@@ -215,12 +216,6 @@ class Alarms:
         causes = " or ".join(cause.words for cause in gap.causes) or "no known cause fits"
         axes = ", ".join(DOFS[axis.dof] for axis in gap.axes if axis.high)
         yield _Sign(Alarm(Kind.GAP, "", f"it departs from its model in {axes}: {causes}"), self._limits.gap_s)
-
-
-def _beyond(value: float, limit: float) -> str:
-    """A value with two digits, rounded away from the limit that it is beyond."""
-    hundredths = 100.0 * value
-    return f"{(math.ceil(hundredths - 1e-6) if value > limit else math.floor(hundredths + 1e-6)) / 100:.2f}"
 
 
 class _Shafts:

@@ -246,6 +246,12 @@ def test_nothing_begins_with_what_is_missing(words, break_it):
     assert vehicle.flight.state is State.IDLE
 
 
+def test_a_battery_just_below_its_limit_does_not_read_as_the_limit_itself():
+    vehicle = Ideal()
+    vehicle.voltage_v = 12.998
+    assert vehicle.begin() == "battery is 12.99 V, below battery_v 13 of the limits"
+
+
 def test_a_vehicle_that_measures_neither_altitude_nor_battery_flies_without_these_limits():
     vehicle = Ideal(replace(LIMITS, altitude_m=0.0, battery_v=0.0))
     vehicle.altitude_m = vehicle.voltage_v = math.nan
