@@ -132,6 +132,7 @@ class Autopilot:
         dt_s = time_s - self._time_s
         if not 0.0 <= dt_s <= PAUSE_S:
             self._begin_anew()
+            self._model.shadow.begin_anew("a pause")
             dt_s = 1 / RATE_HZ
         self._time_s = time_s
         known = known_at(navigation, time_s)
@@ -204,7 +205,6 @@ class Autopilot:
         self._lead.reset()
         self._slope.reset()
         self._onset.step(False, 0.0)
-        self._model.shadow.pause()
 
     def _obstacle(self, term: FeedForward, lame: bool, pushed: bool) -> str:
         """Why this tick is no evidence for or against the feed-forward, "" if it is."""

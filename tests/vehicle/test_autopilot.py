@@ -150,6 +150,17 @@ def test_after_minutes_in_which_it_was_not_stepped_it_begins_as_a_fresh_one(mode
         assert again.pwm_us == pytest.approx(first.pwm_us)
 
 
+def test_the_minute_in_shadow_begins_anew_after_minutes_in_which_it_was_not_stepped():
+    """As of a program that steps it only while it is armed: nobody knows what was done to the vehicle meanwhile."""
+    pilot = autopilot(Mode.SHADOW)
+    steady = Reference((0.3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6, 0.1, 0.62)
+    for step in range(1300):
+        pilot.step(0.05 * step, replace(heard(0.05 * step), velocity=(0.25, 0.0, 0.0)), steady)
+    assert "explained" in pilot.unproven()
+    pilot.step(700.0, heard(700.0), steady)
+    assert pilot.unproven() == "shadow: 0 of 60 s flown since a pause"
+
+
 @pytest.mark.parametrize("mode", Mode)
 def test_a_clock_that_is_set_back_by_a_minute_does_not_wind_the_integrals_up(mode):
     pilot, fresh = autopilot(mode), autopilot(mode)
