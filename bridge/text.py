@@ -3,6 +3,7 @@
 A vehicle, a file or a name may hold characters that steer a terminal.
 """
 
+import math
 import os
 import shutil
 import sys
@@ -33,6 +34,12 @@ def as_clause(sentence: str) -> str:
     """A sentence for use inside another: without its stop, and small at its beginning, unless that is a name."""
     clause = sentence.rstrip(".")
     return f"{clause[0].lower()}{clause[1:]}" if clause[1:2].islower() or clause[1:2] == " " else clause
+
+
+def beyond(value: float, limit: float) -> str:
+    """A value with two digits, rounded away from the limit that it is beyond, so that it does not read as the limit."""
+    hundredths = 100.0 * value
+    return f"{(math.ceil(hundredths - 1e-6) if value > limit else math.floor(hundredths + 1e-6)) / 100:.2f}"
 
 
 def say(sentence: str) -> None:

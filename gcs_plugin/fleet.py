@@ -29,13 +29,17 @@ class Fleet:
     def choose(self, system: int | None, now_s: float) -> Source | None:
         """Choose a system, or with None whichever vehicle is alone, and return its component as `meant` does.
 
-        Raises LinkError for a system that sends no HEARTBEAT, and the errors of `meant`.
+        Raises LinkError for a system that sends no HEARTBEAT, and the errors of `meant`; the choice then stays.
         """
         if system is not None and system not in self.systems(now_s):
             there = ", ".join(map(str, self.systems(now_s))) or "none"
             raise LinkError(f"no vehicle beats as system {system}; these do: {there}")
-        self.chosen = system
-        return None if system is None else self.meant(now_s)
+        before, self.chosen = self.chosen, system
+        try:
+            return None if system is None else self.meant(now_s)
+        except LinkError:
+            self.chosen = before
+            raise
 
     def systems(self, now_s: float) -> tuple[int, ...]:
         """Systems of the vehicles that send HEARTBEATs."""

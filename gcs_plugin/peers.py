@@ -20,6 +20,7 @@ from bridge.firmware.table import firmware_of
 from bridge.links.link import Link
 from bridge.vehicle.parameters import MODE
 from bridge.wire.framing import Frame
+from bridge.wire.readings import Values
 from gcs_plugin.sequences import BootClock, BootReading, OnLink
 
 Source = tuple[int, int]
@@ -117,6 +118,19 @@ def heartbeat_of(frame: Frame, time_s: float) -> Heartbeat:
     """Decode a HEARTBEAT, on the wire custom_mode (4 bytes), type, autopilot, base_mode, system_status."""
     kind, autopilot, mode, state = frame.payload.ljust(_HEARTBEAT_BYTES, b"\0")[4:8]
     return Heartbeat(kind, autopilot, mode, state, time_s)
+
+
+def heartbeat_read(values: Values, time_s: float) -> Heartbeat:
+    """The HEARTBEAT of an `alive` reading: of its mode, whether it is armed, and of its state nothing."""
+    armed, kind, autopilot = values
+    mode = dialect.MAV_MODE_FLAG_SAFETY_ARMED if armed else 0
+    return Heartbeat(int(kind), int(autopilot), mode, 0, time_s)
+
+
+def of_commanders(beats: Iterable[Heartbeat]) -> list[Heartbeat]:
+    """The HEARTBEATs that say whether a vehicle is armed: an autopilot's, a companion's only without any of one."""
+    of_vehicle = [beat for beat in beats if beat.is_vehicle]
+    return [beat for beat in of_vehicle if beat.is_autopilot] or of_vehicle
 
 
 @dataclass(frozen=True, slots=True)

@@ -483,7 +483,7 @@ local function fly(dt)
   if mode == OFF or not (proof.ends and active and flown and arming:is_armed()) then
     let_go(mirror)
     rest()
-    if mode >= ALONE then pause_shadow() else forget_shadow() end
+    if mode >= ALONE and arming:is_armed() then pause_shadow() else forget_shadow() end
     return
   end
   local pilot, off = stick_wrench(sticks()), {}

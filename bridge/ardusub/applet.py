@@ -33,6 +33,7 @@ from bridge.firmware.ardusub import (
     whole_number,
 )
 from bridge.onboard.store import hull_mark
+from bridge.text import MARK, printable
 from bridge.vehicle import feedforward, shadow
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.controller import GAINS, load_gains
@@ -178,10 +179,11 @@ def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -
     else:
         table |= {"most_n": curve.limit_n, "span_us": curve.span_us, "dead_us": curve.dead_band_us}
     law = _shortened(_LAW.read_text(encoding="utf-8"))
-    body = f"{_lua(table)}\n{law}"
-    mark = zlib.crc32(body.encode()) & _BITS or 1
-    text = f"-- {NAME}, made by seatrial for {vehicle.name}:{configuration}; do not edit\nlocal K = {body}"
-    return Applet(text.replace("{", f"{{applet = {mark}, ", 1), mark)
+    mark = zlib.crc32(f"{_lua(table)}\n{law}".encode()) & _BITS or 1
+    # A vehicle file may come with a stranger's dive: its name must not end the comment.
+    named = printable(f"{vehicle.name}:{configuration}", MARK)
+    head = f"-- {NAME}, made by seatrial for {named}; do not edit"
+    return Applet(f"{head}\nlocal K = {_lua({'applet': mark} | table)}\n{law}", mark)
 
 
 def _shortened(law: str) -> str:

@@ -243,6 +243,8 @@ class Companion:
         wanted = ((acts and ready) or self.steering.active) and not self._leaving
         if self.law is not None and now_s - self._sticks_s > FRESH_S:
             self.law.off()
+        if self.law is not None and not self.heard.armed:
+            self.law.disarmed()
         return [
             *self.rates.step(now_s, self.heard.has_switches(now_s)),
             *self.settings.step(now_s),

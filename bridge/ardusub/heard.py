@@ -82,11 +82,7 @@ class Heard:
         elif number == dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW:
             self._servos(decode(frame), now_s)
         elif number == dialect.MAVLINK_MSG_ID_ATTITUDE:
-            message = decode(frame)
-            if message is not None:
-                self.attitude = (message.roll, message.pitch, message.yaw)
-                self.rate = (message.rollspeed, message.pitchspeed, message.yawspeed)
-                self.attitude_s = now_s
+            self._turn(decode(frame), now_s)
         elif number == dialect.MAVLINK_MSG_ID_SCALED_PRESSURE2:
             message = decode(frame)
             if message is not None and not self.depth_fails:
@@ -144,6 +140,15 @@ class Heard:
         message = decode(frame)
         if message is not None and (message.autopilot, message.type) == (ARDUSUB.autopilot, ARDUSUB.kind):
             self.elsewhere = frame.system
+
+    def _turn(self, message: Any, now_s: float) -> None:
+        """Take attitude and rates; one that is no number is as good as none."""
+        if message is None:
+            return
+        attitude = message.roll, message.pitch, message.yaw
+        rate = message.rollspeed, message.pitchspeed, message.yawspeed
+        if all(map(math.isfinite, (*attitude, *rate))):
+            self.attitude, self.rate, self.attitude_s = attitude, rate, now_s
 
     def _switch(self, payload: bytes, now_s: float) -> None:
         _, value, raw = _NAMED.unpack(payload.ljust(_NAMED.size, b"\0")[: _NAMED.size])

@@ -49,6 +49,7 @@ FASTEST: Final = 3.0
 """m/s and rad/s: with a drag that is far too small, a touch of the stick would ask for any speed."""
 HELD_S: Final = 0.02
 """Half the time for which a stick is held, at the 25 Hz of a ground station's joystick."""
+DOUBT: Final = "a doubt"
 PAUSE_S: Final = 0.5
 """After a longer pause of the sticks the reference starts again from rest."""
 
@@ -121,7 +122,7 @@ class StickLaw:
         given = np.zeros(6)
         if len(pwm_us) >= len(self._shape.thrusters):
             given[list(FEEDFORWARD_DOFS)] = self._mixer.wrench_of_pulses(pwm_us[: len(self._shape.thrusters)])
-        self._model.judge(mode, "a doubt" if doubt else "", dt_s, _six(given.tolist()), term.tau, known)
+        self._model.judge(mode, DOUBT if doubt else "", dt_s, _six(given.tolist()), term.tau, known)
         nu_fb = (*navigation.velocity, *navigation.rate)
         actuation = Actuation(
             now_s, pid, term.tau, _six(given.tolist()), nu_fb, reference, (), int(mode), self._veh_cfg
@@ -136,6 +137,10 @@ class StickLaw:
     def off(self) -> None:
         """Add nothing from now on, as when the sticks have gone."""
         self._restart()
+
+    def disarmed(self) -> None:
+        """The vehicle is disarmed, whether sticks come or not: what it showed in shadow before counts no more."""
+        self._model.shadow.begin_anew(DOUBT)
 
     def unproven(self) -> str:
         """See `ModelInForce.unproven`."""

@@ -38,6 +38,7 @@ class Rates:
         self._looked_s = -math.inf
         self._left = list(firmware.rates_hz)
         self._asked: int | None = None
+        self._times = 0
         self._due_s = self._stream_due_s = -math.inf
         self._renew_s = math.inf
         self.denied: set[int] = set()
@@ -60,6 +61,7 @@ class Rates:
             self.begin_anew()
         if not self._left or now_s < self._due_s:
             return []
+        self._times = self._times + 1 if self._asked is not None else 1
         self._asked, self._due_s = self._left[0], now_s + AGAIN_S
         interval_us = 1e6 / self._firmware.rates_hz[self._asked]
         return [
@@ -95,7 +97,10 @@ class Rates:
         return slowed
 
     def on_ack(self, message: Any, now_s: float) -> None:
-        """A COMMAND_ACK of the autopilot; it names no message, hence one request at a time."""
+        """A COMMAND_ACK of the autopilot; it names no message, hence one request at a time.
+
+        After a request that was sent again, the next waits until the answers to all of them must have come.
+        """
         if message.command != dialect.MAV_CMD_SET_MESSAGE_INTERVAL or self._asked is None:
             return
         # On a link that is shared the answers to others are heard too.
@@ -104,7 +109,8 @@ class Rates:
         if message.result not in _ACCEPTED:
             self.denied.add(self._asked)
         self._left.remove(self._asked)
-        self._asked, self._due_s = None, now_s
+        late_s = self._times * AGAIN_S if self._times > 1 else 0.0
+        self._asked, self._due_s = None, now_s + late_s
         if not self._left:
             self._renew_s = now_s + RENEW_S
 

@@ -15,6 +15,7 @@ from typing import Final
 
 from bridge.flight.course import Course, Pose, moved, tilt_rad
 from bridge.flight.limits import FlightLimits
+from bridge.text import beyond
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.navigation import Navigation, known_at
 from bridge.vehicle.references import ZERO6, Reference
@@ -127,7 +128,7 @@ class Flight:
     def __init__(self, *, sways: bool) -> None:
         self.state, self.end = State.IDLE, End.NONE
         self.pose = Pose(0.0, 0.0, math.nan, math.nan)
-        self.disarms = False
+        self.disarms = self._was_armed = False
         self._sways = sways
         self._limits: FlightLimits | None = None
         self._time_s = self._begun_s = self._until_s = self._since_s = 0.0
@@ -166,6 +167,7 @@ class Flight:
         self._began = self.pose = Pose(0.0, 0.0, navigation.depth_m, navigation.heading_rad)
         self._station = Pose(0.0, 0.0, depth_m, navigation.heading_rad)
         self.state, self.end, self.disarms = State.COUNTDOWN, End.NONE, False
+        self._was_armed = seen.armed
         self._time_s = self._begun_s = self._altitude_s = self._voltage_s = seen.time_s
         self._until_s = seen.time_s + countdown_s
         self._exceeded.clear()
@@ -322,7 +324,8 @@ class Flight:
         self._until_s = self._time_s + self._bounds.hold_s
 
     def _idle(self, end: End) -> None:
-        self.disarms = self.disarms or (self.state is State.COUNTDOWN and end is not End.STICKS)
+        pilots = end is End.STICKS or (end is End.TAKEN and self._was_armed)
+        self.disarms = self.disarms or (self.state is State.COUNTDOWN and not pilots)
         self.state, self.end = State.IDLE, end
 
 
@@ -332,7 +335,7 @@ def _low(what: str, value: float, unit: str, least: float, limit: str) -> str:
         return ""
     if math.isnan(value):
         return f"no {what} measured: mend its sensor, or set {limit} 0 in the limits"
-    return f"{what} is {value:.2f} {unit}, below {limit} {least:g} of the limits"
+    return f"{what} is {beyond(value, least)} {unit}, below {limit} {least:g} of the limits"
 
 
 def _blind(navigation: Navigation) -> End:

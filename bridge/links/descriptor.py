@@ -19,17 +19,23 @@ from bridge.links.link import Link
 
 READ_BYTES = 65536
 BACKLOG_BYTES = 65536
+LEAST_BACKLOG_BYTES = 4096
+BITS_A_BYTE = 10
+"""With start bit and stop bit."""
 
 
 class DescriptorLink(Link):
     """Reads and writes a non-blocking descriptor; `release` closes the object that owns it.
 
-    A peer that takes no bytes never stalls the writer: unsent bytes wait, up to `BACKLOG_BYTES`. Beyond that, new
-    data is dropped whole and counted in `dropped`.
+    A peer that takes no bytes never stalls the writer: unsent bytes wait, up to `most_waiting`. Beyond that, new data
+    is dropped whole and counted in `dropped`.
     """
 
-    def __init__(self, name: str, descriptor: int, release: Callable[[], None]) -> None:
+    def __init__(
+        self, name: str, descriptor: int, release: Callable[[], None], most_waiting: int = BACKLOG_BYTES
+    ) -> None:
         self.name = name
+        self._most_waiting = most_waiting
         self._descriptor = descriptor
         self._release = release
         self._backlog = b""
@@ -59,7 +65,7 @@ class DescriptorLink(Link):
 
     def write(self, data: bytes) -> None:
         self._check_open()
-        if len(self._backlog) + len(data) > BACKLOG_BYTES:
+        if len(self._backlog) + len(data) > self._most_waiting:
             self.dropped += 1
         else:
             self._backlog += data
@@ -91,7 +97,10 @@ class DescriptorLink(Link):
 
 
 def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
-    """Open the serial port `port`. Raises LinkError if it is absent, busy, forbidden or no serial port."""
+    """Open the serial port `port`. Raises LinkError if it is absent, busy, forbidden or no serial port.
+
+    What it can't carry in a second is dropped: what waited longer would pass for new on the other side.
+    """
     name = f"serial:{port}:{baud}"
     try:
         opened: Any = serial.Serial(port, baud, timeout=0, exclusive=True)
@@ -103,7 +112,9 @@ def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
         raise LinkError(f"can't be opened ({error.strerror}); check the port", name) from None
     except termios.error as error:  # it was unplugged just then
         raise LinkError(f"can't be set up ({error.args[-1]}); check the cable", name) from None
-    return DescriptorLink(name, opened.fileno(), opened.close)
+    return DescriptorLink(
+        name, opened.fileno(), opened.close, max(baud // BITS_A_BYTE, LEAST_BACKLOG_BYTES)
+    )
 
 
 def _reason(port: str, error: serial.SerialException) -> str:
@@ -151,6 +162,10 @@ class TcpServer(Link):
         self._listener = listener
         self._peer: DescriptorLink | None = None
 
+    @property
+    def lost_writes(self) -> int:
+        return self.dropped + (0 if self._peer is None else self._peer.lost_writes)
+
     def read(self, timeout_s: float) -> bytes:
         if self._peer is None:
             self._accept(timeout_s)
@@ -192,6 +207,7 @@ class TcpServer(Link):
 
     def _drop(self) -> None:
         if self._peer is not None:
+            self.dropped += self._peer.lost_writes
             self._peer.close()
             self._peer = None
 

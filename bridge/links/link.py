@@ -16,7 +16,8 @@ class Link(ABC):
 
     `name` is as a person writes it: `serial:/dev/ttyUSB0:115200`, `udpin:127.0.0.1:14550`. `fault` says why a link
     that reconnects by itself is away, "" while it works. `dropped` counts the writes that this link lost on this
-    computer, without those lost by a link inside it. `buffer` is the receive buffer of a socket of datagrams.
+    computer, without those lost by a link inside it, `lost_writes` all of them. `buffer` is the receive buffer of a
+    socket of datagrams.
     """
 
     name: str
@@ -28,6 +29,10 @@ class Link(ABC):
     def contested(self) -> frozenset[tuple[int, int]]:
         """MAVLink sources as which several peers speak: an order to such a source reaches all of them."""
         return frozenset()
+
+    @property
+    def lost_writes(self) -> int:
+        return self.dropped
 
     @abstractmethod
     def read(self, timeout_s: float) -> bytes:
@@ -54,6 +59,10 @@ class Wrapper(Link):
     @property
     def contested(self) -> frozenset[tuple[int, int]]:
         return self._link.contested
+
+    @property
+    def lost_writes(self) -> int:
+        return self.dropped + self._link.lost_writes
 
     def write(self, data: bytes) -> None:
         self._link.write(data)

@@ -43,9 +43,14 @@ class Reconnecting(Link):
         self._clock = clock
         self._lost, self._reported = lost, set[str]()
         self._link: Link | None = None
+        self._lost_before = 0
         self._retry_s = FIRST_RETRY_S
         self._due_s = clock.boot_s()
         self._closed = Event()
+
+    @property
+    def lost_writes(self) -> int:
+        return self.dropped + self._lost_before + (self._link.lost_writes if self._link is not None else 0)
 
     def read(self, timeout_s: float) -> bytes:
         link = self._opened()
@@ -87,6 +92,7 @@ class Reconnecting(Link):
         return self._link
 
     def _lose(self, link: Link, error: LinkError) -> None:
+        self._lost_before += link.lost_writes
         link.close()
         self._link = None
         if str(error) not in self._reported:

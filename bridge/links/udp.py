@@ -147,7 +147,7 @@ class UdpLink(Link):
             try:
                 self._socket.sendto(data, peer)
             except BlockingIOError:
-                continue
+                self.dropped += 1
             except (OSError, ValueError) as error:
                 if not self._learns:
                     raise self._lost(error) from None

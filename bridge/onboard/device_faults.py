@@ -14,7 +14,8 @@ SILENT_S = 3.0
 class _Device:
     """State of one device. `to_check`: what to check if its bytes make no sense.
 
-    `open_s`: when its port opened, inf while it has none. `reported`: the kind of fault that the crew knows of.
+    `open_s`: when its port opened, inf while it has none. `heard`: whether anything ever came of it. `reported`: the
+    kind of fault that the crew knows of.
     """
 
     to_check: str
@@ -24,6 +25,7 @@ class _Device:
     port_fault: str = ""
     fault: str = ""
     reported: str = ""
+    heard: bool = False
 
 
 class SensorWatch:
@@ -40,9 +42,9 @@ class SensorWatch:
         return {slot: device.fault for slot, device in self._devices.items() if device.fault}
 
     @property
-    def closed(self) -> frozenset[str]:
-        """Slots whose device's port can't be read."""
-        return frozenset(slot for slot, device in self._devices.items() if device.port_fault)
+    def unread(self) -> frozenset[str]:
+        """Slots whose device's port can't be read, and of which nothing ever came."""
+        return frozenset(s for s, device in self._devices.items() if device.port_fault and not device.heard)
 
     def port_failed(self, slot: str, fault: str) -> None:
         """Note that a device's port can't be opened or was lost; `fault` says why and what to do."""
@@ -52,10 +54,10 @@ class SensorWatch:
         self._devices[slot].port_fault, self._devices[slot].open_s = "", time_s
 
     def bytes_came(self, slot: str, time_s: float) -> None:
-        self._devices[slot].bytes_s = time_s
+        self._devices[slot].bytes_s, self._devices[slot].heard = time_s, True
 
     def sample_came(self, slot: str, time_s: float) -> None:
-        self._devices[slot].sample_s = time_s
+        self._devices[slot].sample_s, self._devices[slot].heard = time_s, True
 
     def texts(self, now_s: float) -> list[str]:
         """Return a short sentence for each slot that lost its port, fell silent or came back since the last call."""

@@ -1,5 +1,7 @@
-"""The links of a bridge: frames in from each, bytes out to all. Reports once that a link failed or is back."""
+"""The links of a bridge: frames in from each, bytes out to all. Reports once that a link failed or is back, and again
+and again that it is too slow."""
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -10,13 +12,14 @@ from bridge.wire.framing import Frame, Framer
 
 LARGEST_WRITE: Final = 1200  # fits a datagram on every network
 MOST_READS_A_STEP: Final = 64
+TELL_SLOW_EVERY_S: Final = 10.0
 
 
 @dataclass
 class _Side:
     """One link with its own framer. `fault` is why it fails, "" after a whole step without failure.
 
-    `dropped` is the number of its lost writes that the crew knows of.
+    `dropped` is the number of its lost writes that the crew knows of; `tell_s`: when it may hear of more.
     """
 
     link: Link
@@ -24,10 +27,11 @@ class _Side:
     fault: str = ""
     failed: bool = False
     dropped: int = 0
+    tell_s: float = -math.inf
 
 
 class Sides:
-    """Links by number; `say` tells the crew when a link is lost or back."""
+    """Links by number; `say` tells the crew when a link is lost, back or too slow."""
 
     def __init__(self, links: Sequence[Link], say: Callable[[str], None]) -> None:
         self._sides = [_Side(link) for link in links]
@@ -69,11 +73,14 @@ class Sides:
                 if number != but:
                     self._write(side, data)
 
-    def end_step(self) -> None:
-        """Report the failed links that worked again for a whole step."""
+    def end_step(self, now_s: float) -> None:
+        """Report the failed links that worked again for a whole step, and those that do not carry all."""
         for side in self._sides:
             if side.fault and not side.failed:
                 self._is_back(side)
+            elif not side.fault and side.link.lost_writes > side.dropped and now_s >= side.tell_s:
+                side.tell_s = now_s + TELL_SLOW_EVERY_S
+                self._say(f"link too slow: {side.link.name}, {self._newly_lost(side)} writes lost")
             side.failed = False
 
     def _write(self, side: _Side, data: bytes) -> None:
@@ -84,10 +91,15 @@ class Sides:
 
     def _is_back(self, side: _Side) -> None:
         # A link that reconnects by itself counts the writes that were lost meanwhile.
-        dropped = side.link.dropped
-        lost = f", {dropped - side.dropped} writes lost" if dropped > side.dropped else ""
-        self._say(f"link back: {side.link.name}{lost}")
-        side.fault, side.dropped = "", dropped
+        lost = self._newly_lost(side)
+        self._say(f"link back: {side.link.name}{f', {lost} writes lost' if lost else ''}")
+        side.fault = ""
+
+    @staticmethod
+    def _newly_lost(side: _Side) -> int:
+        """The writes lost that the crew did not know of."""
+        before, side.dropped = side.dropped, side.link.lost_writes
+        return side.dropped - before
 
     def _failed(self, side: _Side, fault: str) -> None:
         if not side.fault:

@@ -36,7 +36,6 @@ MOST_SEGMENT_MB: Final = 4000
 NETWORK_BYTES_S: Final = 200_000.0
 SERIAL_SHARE: Final = 0.25
 """Share of a serial port's capacity; the telemetry keeps the rest."""
-BITS_A_BYTE: Final = 10
 COMPANION_HZ: Final = 100.0
 """The pilot's sticks wait for no more than a step."""
 LEAVE_WITHIN_S: Final = 3.0
@@ -226,7 +225,7 @@ def run(arguments: argparse.Namespace) -> int:
         for link in links:
             link.close()
     devices = vehicle.sensors.present()
-    if devices and bridge.closed_ports >= set(devices):
+    if devices and bridge.unread_ports >= set(devices):
         say(f"no device's port could be opened ({', '.join(devices)}); nothing was read")
         return exit_codes.LINK
     return exit_codes.DONE
@@ -285,6 +284,7 @@ def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ServedAside | N
 def pace_of(spec: str) -> float:
     """Bytes per second of files that a link may carry in addition to its telemetry."""
     from bridge.links.addresses import parse_link
+    from bridge.links.descriptor import BITS_A_BYTE
 
     kind, _, number = parse_link(spec)
     return SERIAL_SHARE * number / BITS_A_BYTE if kind == "serial" else NETWORK_BYTES_S

@@ -155,9 +155,9 @@ class Bridge:
         return self._watch.faults
 
     @property
-    def closed_ports(self) -> frozenset[str]:
-        """Slots whose device's port can't be read."""
-        return self._watch.closed
+    def unread_ports(self) -> frozenset[str]:
+        """Slots whose device's port can't be read, and of which nothing ever came."""
+        return self._watch.unread
 
     def take(self, arrival: Arrival) -> None:
         """Take whatever came from a device."""
@@ -428,7 +428,7 @@ class Bridge:
             # ArduSub fuses an ODOMETRY in these frames as a velocity north and east, and bends its heading to it.
             self._sides.write_all(withheld, but=self._companion.link)
         self._send_files()
-        self._sides.end_step()
+        self._sides.end_step(self._clock.boot_s())
 
     def _send_files(self) -> None:
         """Send FTP answers only to the link that asked, never into the ring, which would fill with itself."""

@@ -12,6 +12,8 @@ from bridge.vehicle.config import Device
 
 TICK_S = 1e-4  # of the MTi's sample time
 CRYSTAL = 1e-3
+PATIENCE_S = 0.25
+"""All that waited in the port while the computer stood still is read within it."""
 GYRO_RATE_HZ = 1000.0
 
 
@@ -24,7 +26,7 @@ def make_parser(device: Device, thrusters: int) -> Parser | None:
         case "a50":
             return WaterlinkJsonParser(late_s) if speaks_tcp(device) else WaterlinkSerialParser(late_s)
         case "mti300":
-            return XsensParser(late_s, ClockFit(TICK_S, CRYSTAL))
+            return XsensParser(late_s, ClockFit(TICK_S, CRYSTAL, PATIENCE_S))
         case "kvh1750":
             return Kvh1750Parser(device.rate_hz or GYRO_RATE_HZ, late_s)
         case "kvh1760":

@@ -62,11 +62,13 @@ class ClockFit:
 
     `period_s` is nominal and true to `tolerance` (a fraction). The fit can't see the mean delay of the arrivals, which
     belongs to the latency in the vehicle file. An arrival more than `_GAP_S` off the fit restarts it with the period
-    learnt so far.
+    learnt so far. `patience_s` is for a counter that runs on while nothing comes: for so long later arrivals are taken
+    for delayed, as where the computer stood still, and are dated by the fit alone.
     """
 
-    def __init__(self, period_s: float, tolerance: float) -> None:
+    def __init__(self, period_s: float, tolerance: float, patience_s: float = 0.0) -> None:
         self.period_s = period_s
+        self._patience_s, self._late_since_s = patience_s, math.inf
         self._period_variance = (tolerance * period_s) ** 2
         self._count: int | None = None
         self._time_s, self._latest_s = 0.0, -math.inf
@@ -80,6 +82,9 @@ class ClockFit:
         ticks = count - self._count
         predicted_s = self._time_s + ticks * self.period_s
         surprise_s = arrival_s - predicted_s
+        self._late_since_s = min(self._late_since_s, arrival_s) if surprise_s > _GAP_S else math.inf
+        if ticks >= 0 and 0.0 <= arrival_s - self._late_since_s < self._patience_s:
+            return predicted_s
         if ticks < 0 or not abs(surprise_s) <= _GAP_S:
             return self._start(count, arrival_s)
         fade = math.exp(min(ticks * self.period_s / _MEMORY_S, _LONGEST_FADE))
@@ -107,6 +112,6 @@ class ClockFit:
         self._count = None
 
     def _start(self, count: int, arrival_s: float) -> float:
-        self._count, self._time_s = count, arrival_s
+        self._count, self._time_s, self._late_since_s = count, arrival_s, math.inf
         self._p_tt, self._p_tp, self._p_pp = _JITTER_VARIANCE, 0.0, self._period_variance
         return arrival_s

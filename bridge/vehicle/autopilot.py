@@ -67,14 +67,15 @@ class Autopilot:
 
     If the DVL or the IMU is fitted but has given no velocity or heading for `HOLD_AFTER_S`, surge, sway and yaw get
     no thrust, not even from the feed-forward, until readings return; heave, roll and pitch continue. The same holds
-    if the reference is that old by its stamp, or has been stamped in the future for that long; the feed-forward is
-    zero after `REFERENCE_STALE_S` already. The ground station is not needed: a mission continues if it falls silent.
+    if the reference is that old by its stamp; a reading or a reference that is stamped in the future counts for
+    none. The feed-forward is zero after `REFERENCE_STALE_S` without a reference already. The ground station is not
+    needed: a mission continues if it falls silent.
 
     An axis that the reference pushes has neither PID nor feed-forward: the thrusters give the pushed wrench itself,
     within their reach. A push that is not finite is ignored, and the controller keeps the axis.
 
-    It begins anew, as after `rest`, where it was not stepped for longer than `PAUSE_S`: a program that does not call
-    `rest` between two flights must not have the time between them integrated.
+    It begins anew, as after `rest`, where it was not stepped for longer than `PAUSE_S`, or its clock was set back: a
+    program that does not call `rest` between two flights must not have the time between them integrated.
 
     `unproven` says why the mode may not be raised while armed: shadow flight has not shown the feed-forward to be
     good.
@@ -129,8 +130,9 @@ class Autopilot:
         lost = self._lost(time_s, navigation, reference)
         pushes, no_pushes = _pushes(reference.push, self._reach)
         dt_s = time_s - self._time_s
-        if not dt_s <= PAUSE_S:
+        if not 0.0 <= dt_s <= PAUSE_S:
             self._begin_anew()
+            self._model.shadow.begin_anew("a pause")
             dt_s = 1 / RATE_HZ
         self._time_s = time_s
         known = known_at(navigation, time_s)
@@ -203,7 +205,6 @@ class Autopilot:
         self._lead.reset()
         self._slope.reset()
         self._onset.step(False, 0.0)
-        self._model.shadow.pause()
 
     def _obstacle(self, term: FeedForward, lame: bool, pushed: bool) -> str:
         """Why this tick is no evidence for or against the feed-forward, "" if it is."""
@@ -243,9 +244,10 @@ class Autopilot:
 
     def _lost(self, time_s: float, navigation: Navigation, reference: Reference) -> tuple[str, ...]:
         """Reasons for withholding horizontal thrust, at most 50 characters each; empty if thrust is allowed."""
-        velocity_s = self._heard("velocity", navigation.velocity[:2], navigation.velocity_time_s)
-        attitude_s = self._heard("attitude", navigation.attitude, navigation.attitude_time_s)
-        rate_s = self._heard("rate", navigation.rate, navigation.rate_time_s)
+        latest_s = time_s + OLDEST_S
+        velocity_s = self._heard("velocity", navigation.velocity[:2], navigation.velocity_time_s, latest_s)
+        attitude_s = self._heard("attitude", navigation.attitude, navigation.attitude_time_s, latest_s)
+        rate_s = self._heard("rate", navigation.rate, navigation.rate_time_s, latest_s)
         if reference.time_s <= time_s + REFERENCE_STALE_S:
             self._heard_s["reference"] = reference.time_s
         needed = (
@@ -262,9 +264,10 @@ class Autopilot:
         }
         return tuple(lost.values())
 
-    def _heard(self, name: str, values: Sequence[float], time_s: float) -> float:
-        """Return when the reading was last finite; a reading that is not finite counts as silence."""
-        if all(map(math.isfinite, values)):
+    def _heard(self, name: str, values: Sequence[float], time_s: float, latest_s: float) -> float:
+        """Return when the reading was last finite; one that is not finite, or later than `latest_s`, counts as
+        silence."""
+        if all(map(math.isfinite, values)) and time_s <= latest_s:
             self._heard_s[name] = time_s
         return self._heard_s.get(name, math.nan)
 

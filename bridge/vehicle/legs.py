@@ -51,6 +51,8 @@ class Leg:
     def __post_init__(self) -> None:
         if not self.duration_s > 0 or not 0 <= self.transient_s <= self.duration_s:
             raise ValueError(f"leg '{self.name}': needs a duration above 0 and a transient no longer than it")
+        if self.alternate < 1:
+            raise ValueError(f"leg '{self.name}': alternate stands for 1 leg or more, not {self.alternate}")
         pushes = (self.push_surge_n, self.push_sway_n, self.push_heave_n, self.push_yaw_nm)
         if any(push is not None and wanted for push, wanted in zip(pushes, self.velocity, strict=True)):
             raise ValueError(f"leg '{self.name}': an axis is pushed or has a velocity to keep, not both")

@@ -124,7 +124,9 @@ class Shadow:
         if share >= LEAST_EXPLAINED:
             return ""
         least, word = 100 * LEAST_EXPLAINED, DOFS[FEEDFORWARD_DOFS[axis]]
-        return f"shadow: {max(100 * share, 0):.0f} % of {word} explained, needs {least:.0f}"
+        # Rounded down: a share that just misses must not read as what is needed.
+        percent = math.floor(100 * max(share, 0.0) + 1e-9)
+        return f"shadow: {percent} % of {word} explained, needs {least:.0f}"
 
     def _moved_s(self, axis: int) -> float:
         return BLOCK_S * sum(

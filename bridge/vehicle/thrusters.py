@@ -188,9 +188,12 @@ def _points(path: Path, _changed_ns: int, _size: int) -> Array:
     if not rows or rows[0].replace(" ", "") != "voltage_v,pwm_us,thrust_n":
         raise ConfigError(f"{path}: a thrust table starts with 'voltage_v,pwm_us,thrust_n'; add that line")
     try:
-        return np.array([[float(cell) for cell in row.split(",")] for row in rows[1:]]).reshape(-1, 3)
+        points = [[float(cell) for cell in row.split(",")] for row in rows[1:]]
     except ValueError:
-        raise ConfigError(f"{path}: a line holds something else than three numbers; mend it") from None
+        points = [[]]
+    if not all(len(point) == 3 and np.isfinite(point).all() for point in points):
+        raise ConfigError(f"{path}: a line holds something else than three numbers; mend it")
+    return np.array(points).reshape(-1, 3)
 
 
 def _table_at(path: Path, voltage_v: float, neutral_us: float) -> tuple[Array, Array]:

@@ -10,7 +10,7 @@ from typing import Any, Final
 from bridge.errors import SeatrialError
 from bridge.vehicle.config import GRAVITY_M_S2, Vehicle
 from gcs_plugin.doctor.observe import Observed
-from gcs_plugin.peers import CROWDED
+from gcs_plugin.peers import CROWDED, heartbeat_read, of_commanders
 
 
 class Level(Enum):
@@ -98,7 +98,8 @@ CONTRACT: Final = (
 
 def check_heartbeat(observed: Observed) -> Finding:
     """Whether a vehicle sends heartbeats on the link now."""
-    beats = observed.arrivals.get("alive", [])
+    arrivals = observed.arrivals.get("alive", [])
+    beats = of_commanders(heartbeat_read(arrival.reading.values, arrival.time_s) for arrival in arrivals)
     if not observed.frames:
         return fail(
             "link",
@@ -114,7 +115,7 @@ def check_heartbeat(observed: Observed) -> Finding:
         return fail(
             "link", f"{observed.link}: the last HEARTBEAT is {age_s:.1f} s old; the vehicle went silent"
         )
-    armed = "armed" if beats[-1].reading.values[0] else "disarmed"
+    armed = "armed" if beats[-1].armed else "disarmed"
     return ok("link", f"{observed.link}: a vehicle beats, {armed}, last {age_s:.1f} s ago")
 
 

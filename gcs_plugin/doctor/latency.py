@@ -141,12 +141,15 @@ def latency_findings(estimates: Sequence[Latency]) -> list[Finding]:
     sentences = []
     for latency in estimates:
         name, label = f"{latency.sensor} latency", LABELS[latency.sensor]
+        is_early, off_s = latency.latency_s < 0, abs(latency.latency_s)
         sentence = (
-            f"{label}: {latency.latency_s * 1e3:.0f} ms late, give or take {2 * latency.std_s * 1e3:.0f} ms"
+            f"{label}: {off_s * 1e3:.0f} ms {'early' if is_early else 'late'}, give or take "
+            f"{2 * latency.std_s * 1e3:.0f} ms"
         )
-        late = abs(latency.latency_s) > max(LATE_S, 3 * latency.std_s)
-        advice = f"{sentence}; add {latency.latency_s:.3f} to its latency_s in the vehicle file"
-        sentences.append(warn(name, advice) if late else ok(name, sentence))
+        change = f"take {off_s:.3f} off" if is_early else f"add {off_s:.3f} to"
+        is_off = off_s > max(LATE_S, 3 * latency.std_s)
+        advice = f"{sentence}; {change} its latency_s in the vehicle file"
+        sentences.append(warn(name, advice) if is_off else ok(name, sentence))
     return sentences
 
 

@@ -26,7 +26,7 @@ from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText
 from gcs_plugin.feedforward.switched_vehicle import SwitchedVehicle
 from gcs_plugin.params.transfer import Source
-from gcs_plugin.peers import GROUND_STATION, Heartbeat, KnownVehicle
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, heartbeat_read
 from gcs_plugin.watch.channels import StatusTexts
 
 LACKING_S: Final = 10.0
@@ -190,8 +190,7 @@ class Switch:
         if reading.signal == "ff_mode":
             self._of(source, now_s).on_telemetry(reading.values[0], source, now_s)
         elif reading.signal == "alive":
-            _, kind, autopilot = reading.values
-            beat = Heartbeat(int(kind), int(autopilot), 0, 0, now_s)
+            beat = heartbeat_read(reading.values, now_s)
             if beat.is_vehicle:
                 self._of(source, now_s).on_beat(beat, source, now_s)
 

@@ -14,7 +14,6 @@ from pathlib import Path
 from typing import Any, Final
 
 from MAVProxy.modules.lib import mp_module
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError, SeatrialError
@@ -22,7 +21,6 @@ from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Frame, Framer
-from bridge.wire.readings import decode as decode_reading
 from gcs_plugin.bell import Bell
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.help_and_completion import COMPLETERS, COMPLETIONS, USAGE, help_lines
@@ -104,7 +102,6 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             lambda: [tap.name for tap in self._taps],
             lambda: load_vehicle(self._file) if self._file else None,
         )
-        self._ff_mode: dict[int, float] = {}
         self._settings, self._look_s = load_settings(), 0.0
         self._bell = Bell(self._settings, _ring)
         self._picture: Picture | None = None
@@ -209,10 +206,6 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             ):
                 self._parameters.on_news(news)
                 self._switching.on_news(news)
-            elif frame.message_id == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT:
-                reading = decode_reading(frame)
-                if reading is not None and reading.signal == "ff_mode":
-                    self._ff_mode[frame.system] = reading.values[0]
 
     def _switch(self, messages: list[Any]) -> None:
         """Send the messages of a mode switch; if one vehicle's link is gone, the others still get theirs."""
@@ -246,8 +239,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             peer = self._fleet.peers.get((health.system, health.component))
             if peer is not None and peer.is_vehicle:
                 lines.append("ARMED" if self._fleet.peers.armed(health.system) else "disarmed")
-                if health.system in self._ff_mode:
-                    lines.append(f"feed-forward {word_of(self._ff_mode[health.system])}")
+                if (mode := self._switching.modes.get(health.system)) is not None:
+                    lines.append(f"feed-forward {word_of(mode)}")
             self.say_line(", ".join(lines))
         if not sources:
             self.say_line("nothing heard yet")

@@ -2,13 +2,16 @@
 """`seatrial ff`: switch the feed-forward off at once, or to another mode after a confirmation."""
 
 from collections.abc import Callable
-from typing import Any, Final
+from typing import Any, Final, NamedTuple
+
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import ParamRejected
 from bridge.vehicle.mode import BY_WORD, Mode
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
+from bridge.wire.readings import decode
 from gcs_plugin.feedforward.off_orders import OffMarks, OffOrders
 from gcs_plugin.feedforward.switch import Switch, caution
 from gcs_plugin.fleet import Fleet
@@ -21,16 +24,26 @@ GIVE_UP_S: Final = 30.0
 AGREE_WITHIN_S: Final = 60.0
 
 
+class _Asked(NamedTuple):
+    """A mode that was asked for of a system, when, and the mode that the vehicle was in then."""
+
+    mode: Mode
+    system: int
+    at_s: float
+    was: float
+
+
 class Switching:
-    """Runs at most one switch at a time; `off` replaces any other."""
+    """Runs at most one switch at a time; `off` replaces any other. `modes` are those that vehicles say, by system."""
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
         self._marks, self._orders = OffMarks(), OffOrders()
         self._switch: Switch | None = None
         self._began_s = self._shown_s = 0.0
-        self._asked: tuple[Mode, int, float] | None = None
+        self._asked: _Asked | None = None
         self._active: dict[Source, float] = {}
+        self.modes: dict[int, float] = {}
 
     def command(self, words: list[str]) -> bool:
         """Handle `ff WORDS`; False for an unknown command. Raises SeatrialError."""
@@ -50,6 +63,10 @@ class Switching:
         return True
 
     def on_frame(self, frame: Frame) -> None:
+        if frame.message_id == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT:
+            reading = decode(frame)
+            if reading is not None and reading.signal == "ff_mode":
+                self.modes[frame.system] = reading.values[0]
         if self._switch is not None:
             self._switch.on_frame(frame, self._clock.boot_s())
 
@@ -99,9 +116,10 @@ class Switching:
             raise ParamRejected(
                 f"vehicle {system} has no parameters in force to feed forward; upload some first"
             )
-        self._asked, self._orders = (BY_WORD[mode], system, now_s), OffOrders()
+        was = self.modes.get(system, float(Mode.OFF))
+        self._asked, self._orders = _Asked(BY_WORD[mode], system, now_s, was), OffOrders()
         armed = self._fleet.peers.armed(system)
-        if warning := caution(BY_WORD[mode], system, float(Mode.OFF), self._active.get(source), armed=armed):
+        if warning := caution(BY_WORD[mode], system, was, self._active.get(source), armed=armed):
             self._say(warning)
         self._say(
             f"to set the feed-forward of vehicle {system}{', which is ARMED,' if armed else ''} to {mode}:"
@@ -112,7 +130,7 @@ class Switching:
         now_s = self._clock.boot_s()
         system, _ = self._fleet.meant(now_s)
         asked, self._asked = self._asked, None
-        if asked is None or asked[:2] != (BY_WORD[mode], system) or now_s - asked[2] > AGREE_WITHIN_S:
+        if asked is None or asked[:2] != (BY_WORD[mode], system) or now_s - asked.at_s > AGREE_WITHIN_S:
             raise ParamRejected(
                 f"`seatrial ff {mode}` comes first, within {AGREE_WITHIN_S:.0f} s; nothing was sent"
             )
@@ -121,7 +139,7 @@ class Switching:
             raise ParamRejected(
                 f"the vehicle is ARMED; to set it all the same: seatrial ff yes {mode} {ARMED}"
             )
-        self._begin(Switch(BY_WORD[mode], system))
+        self._begin(Switch(BY_WORD[mode], system, was=asked.was))
 
     def _begin(self, switch: Switch) -> None:
         self._switch, self._asked = switch, None

@@ -130,4 +130,4 @@ def _weak(number: int, lost: float | None = None) -> str:
 
 
 def _heading(size: Array) -> str:
-    return f"{math.degrees(math.atan2(size[1], size[0])) % 360:03.0f}"
+    return f"{round(math.degrees(math.atan2(size[1], size[0]))) % 360:03d}"

@@ -1,6 +1,7 @@
 """The monitor of a vehicle on the air: readings and parameters in, its gap out. Times are the vehicle's boot times."""
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Mapping
 from itertools import pairwise
 from typing import Final
@@ -16,6 +17,7 @@ from bridge.wire.readings import Reading
 from gcs_plugin.monitor.gap import Gap, GapMonitor
 from gcs_plugin.monitor.model import Model, model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
+from gcs_plugin.peers import Heartbeat, heartbeat_read
 
 NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
 """The signals that a comparison needs, in words."""
@@ -58,16 +60,22 @@ class _Samples:
         self.time_s, self.values = [], []
 
     def drop(self, before_s: float) -> None:
-        """Forget all older values but the last."""
-        first = sum(time_s < before_s for time_s in self.time_s[:-1])
-        del self.time_s[:first], self.values[:first]
+        """Forget all older values."""
+        self._drop(bisect_left(self.time_s, before_s))
+
+    def drop_used(self, end_s: float) -> None:
+        """Forget all older values but the last, from which on the next second begins."""
+        self._drop(max(bisect_right(self.time_s, end_s) - 1, 0))
+
+    def _drop(self, count: int) -> None:
+        del self.time_s[:count], self.values[:count]
 
     def covers(self, start_s: float, end_s: float) -> bool:
-        """Whether values lie at both ends, and no hole between them is long."""
-        times = [self.time_s[0], *(t for t in self.time_s if start_s < t < end_s), self.last_s]
-        inside = [min(max(t, start_s), end_s) for t in times]
-        holes = max((b - a for a, b in pairwise(inside)), default=math.inf)
-        return self.time_s[0] <= start_s and self.last_s >= end_s and holes <= LONGEST_HOLE_S
+        """Whether values lie at both ends or beyond, and no hole that reaches in between them is long."""
+        if not self.time_s[0] <= start_s < end_s <= self.last_s:
+            return False
+        first, last = bisect_right(self.time_s, start_s) - 1, bisect_left(self.time_s, end_s)
+        return all(b - a <= LONGEST_HOLE_S for a, b in pairwise(self.time_s[first : last + 1]))
 
     def at(self, time_s: Array) -> Array:
         """Values (n, w), straight between samples."""
@@ -94,7 +102,7 @@ class LiveGap:
         self._values = {row.name: row.default for row in rows}
         self._values |= {name: value for name, value in held.items() if name in self._rows}
         self._changed_s = -math.inf
-        self._armed = self._acts = False
+        self._armed = self._acts = self._has_autopilot = False
         self._beats, self._unheard = 0, set(NEEDED)
         self._veh_cfg: float | None = None
         self._signals = {name: _Samples() for name in (*NEEDED, "fog", "battery")}
@@ -137,7 +145,7 @@ class LiveGap:
         self._unheard.discard(reading.signal)
         if reading.signal == "alive":
             self._beats += 1
-            self._arm(bool(reading.values[0]))
+            self._beat(heartbeat_read(reading.values, reading.time_s))
         elif reading.signal == "ff_mode":
             self._acts = reading.values[0] in (Mode.ALONE, Mode.BOTH)
         elif (
@@ -162,11 +170,15 @@ class LiveGap:
         if reading.signal == "dvl":
             self._go_on()
 
-    def _arm(self, armed: bool) -> None:
-        if armed and not self._armed:
+    def _beat(self, beat: Heartbeat) -> None:
+        """Follow whether the vehicle is armed, by its autopilot once that is heard: a camera beats too."""
+        self._has_autopilot = self._has_autopilot or beat.is_autopilot
+        if not (beat.is_autopilot if self._has_autopilot else beat.is_vehicle):
+            return
+        if beat.armed and not self._armed:
             self._begin_again()
             self._is_made = False
-        self._armed = armed
+        self._armed = beat.armed
 
     def _begin_again(self) -> None:
         """Start from here: after a hole in the readings, or a new boot."""
@@ -205,7 +217,7 @@ class LiveGap:
                 return
             self._next_s = end_s
             for samples in self._signals.values():
-                samples.drop(end_s - STEP_S)
+                samples.drop_used(end_s)
 
     def _second(self, start_s: float, end_s: float) -> None:
         assert self._work is not None

@@ -15,6 +15,7 @@ from typing import Final
 from bridge import schema
 from bridge.errors import ConfigError
 from bridge.files import settings_folder
+from bridge.text import beyond
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
@@ -178,16 +179,16 @@ class Alarms:
     def _of_battery(self, picture: Picture) -> Iterator[_Sign]:
         volts, limit_v = picture.newest("voltage"), self._limits.battery_v
         if limit_v and volts < limit_v:
-            words = f"battery {volts:.2f} V, below {limit_v:g} V"
+            words = f"battery {beyond(volts, limit_v)} V, below {limit_v:g} V"
             yield _Sign(Alarm(Kind.BATTERY, "", words), BATTERY_HOLDS_S)
 
     def _of_water(self, picture: Picture) -> Iterator[_Sign]:
         limits, depth_m, altitude_m = self._limits, picture.newest("depth"), picture.newest("altitude")
         if limits.depth_m and depth_m > limits.depth_m:
-            words = f"depth {depth_m:.2f} m, deeper than {limits.depth_m:g} m"
+            words = f"depth {beyond(depth_m, limits.depth_m)} m, deeper than {limits.depth_m:g} m"
             yield _Sign(Alarm(Kind.DEPTH, "", words), 0.0)
         if limits.altitude_m and altitude_m < limits.altitude_m:
-            words = f"altitude {altitude_m:.2f} m, less than {limits.altitude_m:g} m"
+            words = f"altitude {beyond(altitude_m, limits.altitude_m)} m, less than {limits.altitude_m:g} m"
             yield _Sign(Alarm(Kind.ALTITUDE, "", words), ALTITUDE_HOLDS_S)
 
     def _of_thruster(self, row: ThrusterRow) -> Iterator[_Sign]:

@@ -12,7 +12,7 @@ from bridge.vehicle.config import Configuration, Vehicle, Water
 from bridge.vehicle.navigation import velocity_at_origin
 from bridge.wire.readings import Values
 from gcs_plugin.watch.channels import Channel
-from gcs_plugin.watch.picture import ThrusterRow, Trace, freshness
+from gcs_plugin.watch.picture import Freshness, ThrusterRow, Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
 
 REFERENCE_HOLDS_S: Final = 1.0
@@ -203,18 +203,23 @@ def names_of(configuration: Configuration) -> tuple[str, ...]:
 
 
 def thruster_rows(
-    pwm: Channel, rpm: Channel, names: tuple[str, ...], now_s: float, expected_hz: float
+    pwm: Channel, rpm: Channel, names: tuple[str, ...], now_s: float, expected_hz: Callable[[str], float]
 ) -> tuple[ThrusterRow, ...]:
-    """A row for each thruster of the vehicle file; without a file, for each output."""
+    """A row for each thruster of the vehicle file; without a file, for each output. Speeds that come no more are NaN.
+
+    `expected_hz` returns how often a signal should come.
+    """
     count = len(names) or len(pwm.values)
     age_s = pwm.age_s(now_s)
-    fresh = freshness(age_s, expected_hz)
+    fresh = freshness(age_s, expected_hz("pwm"))
+    is_gone = freshness(rpm.age_s(now_s), expected_hz("rpm")) is Freshness.GONE
+    speeds = () if is_gone else rpm.values
     return tuple(
         ThrusterRow(
             k + 1,
             names[k] if names else "",
             pwm.values[k] if k < len(pwm.values) else math.nan,
-            rpm.values[k] if k < len(rpm.values) else math.nan,
+            speeds[k] if k < len(speeds) else math.nan,
             age_s,
             fresh,
         )

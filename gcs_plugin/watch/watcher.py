@@ -192,7 +192,7 @@ class Watcher:
             ),
             traces=quantities.traces(now_s, hz),
             thrusters=thruster_rows(
-                channels["pwm"], channels["rpm"], self._thruster_names(configuration), now_s, hz("pwm")
+                channels["pwm"], channels["rpm"], self._thruster_names(configuration), now_s, hz
             ),
             ff_mode=mode,
             ff_mode_age_s=channels["ff_mode"].age_s(now_s),

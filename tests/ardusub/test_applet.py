@@ -3,6 +3,7 @@
 import json
 import math
 import random
+from dataclasses import replace
 
 import pytest
 from fakes.ardusub import Ardusub
@@ -248,6 +249,13 @@ def test_the_script_of_another_vehicle_file_is_told_apart(fake, tmp_path):
     fake.scripting.files[name] = fake.scripting.files[name].replace(b"pace = 3.0", b"pace = 4.0")
     state = deployment(fake).look()
     assert (state.there, state.is_mine, state.good) == (False, True, False)
+
+
+def test_the_name_of_a_vehicle_adds_no_line_to_its_script(fake):
+    strange = replace(FILE, vehicle=replace(FILE.vehicle, name="{a}\nerror('b')\r\n"))
+    text, plain = (applet(file, "standard", fake.parameters).text for file in (strange, FILE))
+    assert text.splitlines()[1:] == plain.splitlines()[1:]
+    assert text.startswith("-- seatrial.lua, made by seatrial for {a}?error('b')??:standard; do not edit\n")
 
 
 def test_a_lossy_link_brings_it_over_whole(fake, tmp_path):

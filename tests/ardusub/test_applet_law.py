@@ -362,6 +362,16 @@ def test_the_minute_begins_anew(event):
     assert rig.fake.parameters["FF_MODE"] == Mode.SHADOW
 
 
+def test_what_was_flown_in_shadow_before_it_was_disarmed_in_both_does_not_let_it_fly_alone():
+    rig = Rig(mode=Mode.SHADOW)
+    fly_in_shadow(rig, TRUE, WINDOW_S + 2 * BLOCK_S)
+    rig.order(Mode.BOTH)
+    assert rig.fake.parameters["FF_MODE"] == Mode.BOTH
+    a_rest_disarmed(rig)
+    rig.order(Mode.ALONE)
+    assert rig.fake.parameters["FF_MODE"] == Mode.BOTH
+
+
 def test_a_mode_that_is_none_is_put_back():
     rig = Rig(mode=Mode.SHADOW)
     rig.order(7)

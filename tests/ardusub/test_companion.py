@@ -1,6 +1,7 @@
 """A companion beside ArduSub, the fake one and, where it is at hand, the firmware: what is asked, and who flies."""
 
 import errno
+import math
 from pathlib import Path
 
 import numpy as np
@@ -15,6 +16,7 @@ from bridge.links.link import memory_pair
 from bridge.onboard.store import NONE_YET
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
+from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.feedforward.switch import Switch
@@ -363,6 +365,19 @@ def test_the_word_of_another_component_proves_nothing(fake):
         fake.run(0.1, aboard, pilot)
     assert ("SYSID_MYGCS", 1.0) in fake.writes
     assert not taken(aboard)
+
+
+@pytest.mark.parametrize("place", range(6))
+@pytest.mark.parametrize("value", [math.inf, -math.inf, math.nan])
+def test_an_attitude_that_is_no_number_is_as_good_as_none(fake, place, value):
+    companion, autopilot, taken = Aboard(fake).companion, Encoder(1, 1), []
+    for numbers in ([0.1] * 6, [value if number == place else 0.2 for number in range(6)]):
+        raw = autopilot.encode(dialect.MAVLink_attitude_message(1000, *numbers))
+        for frame in Framer().feed(raw):
+            companion.hear(0, frame, float(len(taken)), Navigation)
+        taken.append(companion.take_samples())
+    assert [len(samples) for samples in taken] == [1, 0]
+    assert companion.heard.rate == pytest.approx((0.1, 0.1, 0.1))
 
 
 def test_sticks_that_come_on_a_second_link_too_are_sent_on_once(fake):

@@ -14,6 +14,7 @@ from bridge.links.link import memory_pair
 from bridge.onboard.ring import RingSize, ring_in
 from bridge.sensors.samples import DvlSample
 from bridge.vehicle.config import Device, Sensors
+from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Framer, decode
 from identify.ingest.open import read_dive
 
@@ -155,3 +156,18 @@ def test_with_the_dvl_alone_the_firmware_knows_how_fast_it_is(tmp_path):
         )
     finally:
         autopilot.close()
+
+
+def test_a_shadow_that_was_flown_before_the_vehicle_was_disarmed_counts_no_more(fake):
+    """Also where no stick comes meanwhile, as of an autopilot that disarms for just that."""
+    aboard, pilot = Aboard(fake, Mode.SHADOW, file=WITH_DVL), Pilot(fake)
+    dvl = Dvl(fake, aboard, (0.2, 0.0, 0.0))
+    ready(fake, aboard, pilot, dvl)
+    assert fake.until(lambda: aboard.companion.law, 20.0, aboard, pilot, dvl)
+    arm(fake, aboard, pilot, dvl)
+    fake.run(9.0, aboard, pilot, dvl)
+    assert aboard.companion.unproven() in [f"shadow: {flown} of 60 s flown" for flown in (4, 6, 8)]
+    pilot.flies = False
+    assert fake.until(lambda: not fake.armed, 10.0, aboard, pilot, dvl)
+    fake.run(2.0, aboard, pilot, dvl)
+    assert aboard.companion.unproven() == "shadow: 0 of 60 s flown since a doubt"

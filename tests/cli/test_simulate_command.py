@@ -200,7 +200,7 @@ class FaultyBridge:
     def __init__(self, *_, **__):
         self.link_faults = {}
         self.device_faults = {"imu": "imu: there is no port /dev/ttyNone"}
-        self.closed_ports = frozenset({"imu"})
+        self.unread_ports = frozenset({"imu"})
 
 
 def test_a_device_that_comes_back_is_told_and_one_port_is_enough(tmp_path, monkeypatch, capsys):

@@ -16,12 +16,13 @@ STILL = (Leg(8.0),)
 
 class Ideal:
     """Attributes are its state and its faults: `ground`, `dvl`, `imu`, `depth_sensor` False for one that is silent;
-    `touched`; `tilt_rad`, `voltage_v`, `altitude_m`. A push moves it at `pushed_m_s` along the axis of that push."""
+    `touched`; `in_hand` False for thrusters in other hands; `tilt_rad`, `voltage_v`, `altitude_m`. A push moves it at `pushed_m_s` along the axis of that push."""
 
     def __init__(self, limits=LIMITS, *, depth_m=1.5, sways=True):
         self.flight, self.limits = Flight(sways=sways), limits
         self.now_s, self.armed = 100.0, True
         self.ground = self.dvl = self.imu = self.depth_sensor = True
+        self.in_hand = True
         self.touched, self.tilt_rad, self.voltage_v, self.altitude_m = False, 0.0, 16.0, 6.0
         self.pushed_m_s = 0.0
         self.depth_m, self.heading_rad, self.velocity = depth_m, 0.5, (0.0, 0.0, 0.0)
@@ -44,7 +45,7 @@ class Ideal:
             self.velocity, self.dvl_s, (0.0, 0.0, 0.0), self.imu_s, attitude, self.heading_rad, self.imu_s,
             self.depth_m, self.depth_s, self.voltage_v, self.altitude_m, self.dvl_s,
         )  # fmt: skip
-        return Seen(self.now_s, navigation, self.armed, self.ground_s, self.touched)
+        return Seen(self.now_s, navigation, self.armed, self.ground_s, self.touched, self.in_hand)
 
     def begin(self, depth_m=1.5, countdown_s=3.0):
         return self.flight.begin(self.limits, depth_m, countdown_s, self.seen())

@@ -192,6 +192,17 @@ def test_a_countdown_that_ends_moves_nothing_and_disarms_but_for_the_pilot():
     assert (vehicle.flight.end, vehicle.flight.disarms, vehicle.reference) == (End.LINK, True, None)
 
 
+@pytest.mark.parametrize("was_armed", [True, False])
+def test_thrusters_in_other_hands_when_the_countdown_is_over_are_disarmed_only_if_the_flight_armed(was_armed):
+    vehicle = Ideal()
+    vehicle.armed = was_armed
+    vehicle.begin(countdown_s=5.0)
+    vehicle.armed, vehicle.in_hand = True, False
+    vehicle.run(5.1)
+    assert (vehicle.flight.state, vehicle.flight.end) == (State.IDLE, End.TAKEN)
+    assert vehicle.flight.disarms is not was_armed
+
+
 def test_a_ground_that_comes_back_resumes_nothing():
     vehicle = Ideal().flying()
     vehicle.ground = False
@@ -233,6 +244,12 @@ def test_nothing_begins_with_what_is_missing(words, break_it):
     break_it(vehicle)
     assert vehicle.begin() == words
     assert vehicle.flight.state is State.IDLE
+
+
+def test_a_battery_just_below_its_limit_does_not_read_as_the_limit_itself():
+    vehicle = Ideal()
+    vehicle.voltage_v = 12.998
+    assert vehicle.begin() == "battery is 12.99 V, below battery_v 13 of the limits"
 
 
 def test_a_vehicle_that_measures_neither_altitude_nor_battery_flies_without_these_limits():

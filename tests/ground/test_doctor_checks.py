@@ -185,6 +185,28 @@ def test_a_link_without_a_vehicle_is_told_with_the_frames_that_came(talker):
     assert said == f"talker:: {talker.sent} frames, but no vehicle's HEARTBEAT; is this the vehicle?"
 
 
+CAMERA = (0.0, 30.0, 8.0)
+
+
+def test_a_camera_alone_is_no_vehicle(talker):
+    talker.rates["alive"] = (1.0, CAMERA)
+    assert "but no vehicle's HEARTBEAT" in examined(talker)["link"].sentence
+
+
+def test_a_vehicle_is_armed_as_its_autopilot_says_and_not_a_camera_or_a_computer_aboard(talker):
+    talker.rates["alive"] = (1.0, (1.0, 12.0, 3.0))
+    read, camera, computer = talker.read, Encoder(1, 100), Encoder(1, 194)
+
+    def with_others(timeout_s):
+        others = [encoder.frame(*encode(Reading("alive", 0.0, beat))) for encoder, beat in (
+            (camera, CAMERA), (computer, (0.0, 18.0, 8.0)),
+        )]  # fmt: skip
+        return read(timeout_s) + b"".join(others)
+
+    talker.read = with_others
+    assert "a vehicle beats, armed" in examined(talker)["link"].sentence
+
+
 def feels(*force):
     """Makes the IMU feel another gravity."""
     return lambda talker: talker.rates.update(imu=(50.0, (*force, 0.0, 0.0, 0.0, math.nan)))

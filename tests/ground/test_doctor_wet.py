@@ -15,7 +15,7 @@ from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.checks import Level, worst
-from gcs_plugin.doctor.latency import latencies, latency_findings, wet_findings
+from gcs_plugin.doctor.latency import Latency, latencies, latency_findings, wet_findings
 from gcs_plugin.doctor.pulses import duration_s, pulses
 from gcs_plugin.doctor.response import feature_noise, prior_mass_and_damping
 from gcs_plugin.doctor.wet import TURNS, corrected, describe, diagnose, findings
@@ -247,3 +247,16 @@ def frames_of(record):
     encoder = Encoder(1, 1)
     stream = b"".join(encoder.frame(*encode(r)) for r in sorted(readings, key=lambda r: r.time_s))
     return Framer().feed(stream)
+
+
+@pytest.mark.parametrize(
+    ("latency_s", "words"),
+    [
+        (0.12, "DVL: 120 ms late, give or take 8 ms; add 0.120 to its latency_s in the vehicle file"),
+        (-0.12, "DVL: 120 ms early, give or take 8 ms; take 0.120 off its latency_s in the vehicle file"),
+        (0.0, "DVL: 0 ms late, give or take 8 ms"),
+        (-0.0002, "DVL: 0 ms early, give or take 8 ms"),
+    ],
+)
+def test_a_sensor_that_is_early_is_not_said_to_be_less_than_nothing_late(latency_s, words):
+    assert [finding.sentence for finding in latency_findings([Latency("dvl", latency_s, 0.004)])] == [words]

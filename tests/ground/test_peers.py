@@ -251,6 +251,15 @@ def test_of_several_vehicles_one_must_be_chosen(world):
     assert world.fleet.choose(None, world.now_s) is None
 
 
+def test_a_vehicle_that_can_not_be_chosen_yet_does_not_take_the_place_of_the_one_that_is(world):
+    world.live(((1, 1), {}), ((2, 1), {}))
+    world.fleet.choose(2, world.now_s)
+    world.beat((3, 1))
+    with pytest.raises(LinkTimeout, match="vehicle 3 was heard only just now; try again"):
+        world.fleet.choose(3, world.now_s)
+    assert world.meant() == (2, 1)
+
+
 def test_the_chosen_one_does_not_become_another_when_it_falls_silent(world):
     world.live(((1, 1), {}), ((2, 1), {}))
     world.fleet.choose(2, world.now_s)

@@ -164,6 +164,15 @@ def test_a_gap_starts_anew_at_once_and_keeps_the_period(jump_s):
     np.testing.assert_allclose(times[counts > 5_000], arrivals[counts > 5_000], atol=1e-5)
 
 
+@pytest.mark.parametrize("jump_s", [-3.0, 0.2, 40.0])
+def test_a_counter_that_was_set_is_followed_after_the_patience_with_it(jump_s):
+    truth = np.arange(0.0, 30.0, 0.01)
+    arrivals = truth + np.where(truth > 20.0, jump_s, 0.0)
+    times = fit_times(ClockFit(1e-4, 1e-3, patience_s=0.25), np.arange(truth.size) * 100, arrivals)
+    late = truth > 20.0 + 0.26
+    np.testing.assert_allclose(times[late], arrivals[late], atol=1e-5)
+
+
 def test_a_counter_that_starts_over_is_followed():
     clock = ClockFit(1e-4, tolerance=1e-3)
     clock.time_of(1_000_000, 1.0)

@@ -10,6 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from sensor_streams import fed
 
+from bridge.sensors.drivers import make_parser
 from bridge.sensors.samples import ImuSample
 from bridge.sensors.streams import ClockFit
 from bridge.sensors.xsens import (
@@ -27,6 +28,7 @@ from bridge.sensors.xsens import (
     encode_xsens,
     layout_of,
 )
+from bridge.vehicle.config import Device
 
 CW = bytes.fromhex(
     "FAFF365310200289901060040026C73340200C3D0A5D4ABD28441C411D09AF40100C38B08000B8D728003CC9022880200CBAE54C02BB9A3F83"
@@ -163,6 +165,16 @@ def test_the_device_clock_takes_the_jitter_out_of_arrivals():
         (sample,) = parser.feed(frame, 5.0 + number * 0.01 + rng.uniform(0, 0.004))
         errors.append(sample.time_s - (5.0 + number * 0.01 + 0.002))
     assert max(map(abs, errors[1000:])) < 0.3e-3
+
+
+@pytest.mark.parametrize("stood_s", [0.15, 0.3, 2.0])
+def test_what_waited_while_the_computer_stood_still_is_dated_as_if_it_had_not(stood_s):
+    parser = make_parser(Device("mti300"), 0)
+    for number in range(3000):
+        measured_s = number * 0.01
+        arrived_s = 20.0 + stood_s if 20.0 < measured_s < 20.0 + stood_s else measured_s
+        (sample,) = parser.feed(encode_xsens(number, measured_s, FORCE, RATE, LEVEL), arrived_s)
+        assert sample.time_s == pytest.approx(measured_s, abs=5e-3)
 
 
 numbers = st.floats(-1000, 1000, width=32)

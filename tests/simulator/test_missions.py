@@ -133,6 +133,8 @@ def test_a_mission_file_gives_steps_ramps_and_square_waves(tmp_path):
         ("name: x\nlegs:\n  - {duration_s: 0.0}\n", "duration above 0"),
         ("name: x\nlegs:\n  - {duration_s: 2.0, transient_s: 3.0}\n", "transient no longer"),
         ("name: x\nlegs:\n  - {duration_s: 2.0, surge: 3.0}\n", "surge_m_s"),
+        ("name: x\nlegs:\n  - {duration_s: 2.0, alternate: 0}\n  - {duration_s: 2.0}\n", "1 leg or more"),
+        ("name: x\nlegs:\n  - {duration_s: 2.0, alternate: -3}\n  - {duration_s: 2.0}\n", "1 leg or more"),
     ],
 )
 def test_a_mission_file_that_makes_no_sense_is_refused(tmp_path, text, says):

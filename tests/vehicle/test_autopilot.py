@@ -150,6 +150,28 @@ def test_after_minutes_in_which_it_was_not_stepped_it_begins_as_a_fresh_one(mode
         assert again.pwm_us == pytest.approx(first.pwm_us)
 
 
+def test_the_minute_in_shadow_begins_anew_after_minutes_in_which_it_was_not_stepped():
+    """As of a program that steps it only while it is armed: nobody knows what was done to the vehicle meanwhile."""
+    pilot = autopilot(Mode.SHADOW)
+    steady = Reference((0.3, 0.0, 0.0, 0.0, 0.0, 0.0), (0.0,) * 6, 0.1, 0.62)
+    for step in range(1300):
+        pilot.step(0.05 * step, replace(heard(0.05 * step), velocity=(0.25, 0.0, 0.0)), steady)
+    assert "explained" in pilot.unproven()
+    pilot.step(700.0, heard(700.0), steady)
+    assert pilot.unproven() == "shadow: 0 of 60 s flown since a pause"
+
+
+@pytest.mark.parametrize("mode", Mode)
+def test_a_clock_that_is_set_back_by_a_minute_does_not_wind_the_integrals_up(mode):
+    pilot, fresh = autopilot(mode), autopilot(mode)
+    for step in range(100):
+        pilot.step(100.0 + 0.05 * step, heard(100.0 + 0.05 * step), ASK)
+    for time_s in (40.0, 40.05):
+        again, first = pilot.step(time_s, heard(time_s), ASK), fresh.step(time_s, heard(time_s), ASK)
+        assert again.tau_pid == pytest.approx(first.tau_pid)
+        assert again.pwm_us == pytest.approx(first.pwm_us)
+
+
 @pytest.mark.parametrize(
     ("sensor", "axes", "says"),
     [
@@ -359,6 +381,18 @@ def test_readings_that_come_and_are_no_numbers_are_missed_like_silence(field, va
         assert [actuation.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
     assert pilot.take_texts()[-1] == f"no {reading} for 5 s: no horizontal thrust"
     assert pilot.step(6.1, heard(6.1), ASK).tau_cmd[0] != 0.0
+
+
+@pytest.mark.parametrize("sensor", ["velocity_time_s", "attitude_time_s", "rate_time_s"])
+@pytest.mark.parametrize("stamped_s", [1e6, 60.0])
+def test_readings_that_the_future_stamped_are_missed_like_silence(sensor, stamped_s):
+    pilot = autopilot(Mode.BOTH)
+    for step in range(100):
+        assert pilot.step(0.05 * step, heard(0.05 * step, **{sensor: stamped_s}), ASK).tau_cmd[0] != 0.0
+    let_go = pilot.step(5.1, heard(5.1, **{sensor: stamped_s}), ASK)
+    assert [let_go.tau_cmd[dof] for dof in (0, 1, 5)] == NONE
+    assert let_go.tau_cmd[2] != 0.0
+    assert pilot.step(5.15, heard(5.15), ASK).tau_cmd[0] != 0.0
 
 
 @pytest.mark.parametrize("mode", [Mode.ALONE, Mode.BOTH])

@@ -1,5 +1,7 @@
 """Alarms: limits from one file, judged from the picture, rung once each; a dive that ends is none."""
 
+import math
+
 import pytest
 import yaml
 from pymavlink.dialects.v20 import ardupilotmega as mav
@@ -123,6 +125,22 @@ def test_a_failsafe_is_an_alarm():
     dive = Dive().go_on(5.0)
     dive.vehicle.beats(dive.now_s, armed=True, status=mav.MAV_STATE_CRITICAL)
     assert dive.alarms == {Kind.VEHICLE: "the vehicle is in failsafe"}
+
+
+def test_a_value_just_beyond_its_limit_does_not_read_as_the_limit_itself():
+    density, surface_pa = RUVIFIST.vehicle.water.weight_n_m3, 100.0 * RUVIFIST.vehicle.water.surface_pressure_hpa
+    deep = (surface_pa + 10.002 * density, 15.0)
+    said = Dive().pictured(8, battery=(13.999, 3.0), pressure=deep)
+    assert said[Kind.BATTERY] == "battery 13.99 V, below 14 V"
+    assert said[Kind.DEPTH] == "depth 10.01 m, deeper than 10 m"
+
+
+def test_thrusters_whose_speeds_came_last_at_rest_and_come_no_more_do_not_stand():
+    dive = Dive()
+    dive.pictured(5)
+    dive.pictured(2, pwm=(1500.0,) * 8, rpm=(0.0,) * 58)
+    assert dive.pictured(8, rpm=None).keys() == {Kind.SENSOR}
+    assert all(math.isnan(row.rpm) for row in dive.watcher.picture(dive.now_s).thrusters)
 
 
 def test_thrusters_that_never_tell_their_speed_do_not_stand():

@@ -14,6 +14,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.wire.readings import Reading
+from gcs_plugin.monitor.causes import likeliest
 from gcs_plugin.monitor.gap import LEARNT_S, GapMonitor, gap_line, worst
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
@@ -120,6 +121,14 @@ def test_a_departure_that_stays_is_an_alarm_after_half_a_minute_and_ends_a_minut
     quiet = drifts_of(np.random.default_rng(3), 200)
     ends = next(k for k, drift in enumerate(quiet) if monitor.add(drift) or monitor.gap.since_s is None)
     assert 60 < ends < 100
+
+
+def test_a_current_just_west_of_north_goes_towards_000_and_not_360():
+    causes = np.zeros((len(names_of(MODEL)), 6))
+    causes[names_of(MODEL).index("water north"), 0] = causes[names_of(MODEL).index("water east"), 1] = 1.0
+    drift = Drift(np.array([0.1, -0.0002, 0.0, 0.0, 0.0, 0.0]), np.zeros(6), causes, np.zeros(2), UNMOVED)
+    (cause,) = likeliest(MODEL, [drift] * 30, np.ones((30, 6)), 0.5)
+    assert cause.words == "a current of 0.10 m/s towards 000"
 
 
 def test_a_kick_however_hard_is_no_alarm():
@@ -369,3 +378,56 @@ def test_a_hole_in_the_readings_takes_nothing_back_and_one_that_lasts_leaves_the
             assert live.gap.axes
             assert live.gap.axes[3].floor == pytest.approx(learnt.axes[3].floor, rel=0.3)
     assert live.gap is None
+
+
+def at_rest(seconds, dvl_hz, silent=lambda *_: False):
+    """What a vehicle at rest says, all at 20 Hz but its DVL."""
+    said = [
+        (time_s, signal, values)
+        for signal, hz, values in (
+            ("pwm", 20.0, STILL_US),
+            ("imu", 20.0, (0.0, 0.0, -9.8, 0.0, 0.0, 0.0, math.nan)),
+            ("attitude", 20.0, (*LEVEL, 0.0, 0.0, 0.0)),
+            ("dvl", dvl_hz, (0.0, 0.0, 0.0, 0.004)),
+        )
+        for time_s in (np.arange(seconds * hz) / hz).tolist()
+        if not silent(signal, time_s)
+    ]
+    yield Reading("alive", math.nan, (1.0, 12.0, 0.0))
+    yield from (Reading(signal, time_s, values) for time_s, signal, values in sorted(said))
+
+
+def judged_s(readings):
+    """How many seconds of less than a minute are judged; the first five after a hole can't be."""
+    live = live_with(TRUTH.model)
+    for reading in readings:
+        live.take(reading)
+    return LEARNT_S - live.gap.learns_s
+
+
+@pytest.mark.parametrize("dvl_hz", [5.0, 7.3, 7.5, 10.0, 12.1])
+def test_every_second_is_judged_at_whatever_rate_the_dvl_pings(dvl_hz):
+    assert judged_s(at_rest(40, dvl_hz)) == pytest.approx(40 - 5, abs=2)
+
+
+@pytest.mark.parametrize("lost", [("dvl",), ("pwm", "imu", "attitude", "dvl")])
+def test_a_second_within_a_hole_of_the_readings_is_not_made_up_from_those_around_it(lost):
+    hole = at_rest(40, 10.0, silent=lambda signal, time_s: signal in lost and 20.0 < time_s < 24.0)
+    assert judged_s(hole) == pytest.approx(20 - 5 + 16 - 5, abs=2)
+
+
+@pytest.mark.parametrize("other", [(0.0, 30.0, 8.0), (0.0, 26.0, 8.0), (0.0, 18.0, 8.0)])
+def test_the_heartbeats_of_a_camera_a_gimbal_or_a_computer_aboard_disarm_no_vehicle(other):
+    def with_beats():
+        for number, reading in enumerate(at_rest(40, 10.0)):
+            yield reading
+            if number % 70 == 0:
+                yield Reading("alive", math.nan, other)
+                yield Reading("alive", math.nan, (1.0, 12.0, 3.0))
+
+    assert judged_s(with_beats()) == pytest.approx(40 - 5, abs=2)
+
+
+def test_without_an_autopilot_the_vehicle_is_armed_as_its_companion_says():
+    later = [*at_rest(40, 10.0)][1:]
+    assert judged_s([Reading("alive", math.nan, (1.0, 18.0, 8.0)), *later]) == pytest.approx(40 - 5, abs=2)

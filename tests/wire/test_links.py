@@ -16,6 +16,7 @@ from bridge.links.descriptor import open_tcpin
 from bridge.links.link import Link, memory_pair
 from bridge.links.open import open_link
 from bridge.links.reconnecting import Aside, Reconnecting, next_retry_s
+from bridge.signing.link import KeylessLink
 from bridge.wire.framing import Encoder, Framer
 
 
@@ -141,6 +142,40 @@ def test_a_peer_that_takes_nothing_never_stalls_the_writer():
     device.write(b"end")
     port.close()
     device.close()
+
+
+def test_no_more_waits_for_a_slow_serial_port_than_it_carries_in_a_second():
+    """What waited longer would look new to a crew that goes by the time of arrival."""
+    for baud, most in ((57600, 5760), (115200, 11520)):
+        device, path = open_pty()
+        port = open_link(f"serial:{path}:{baud}")
+        for _ in range(400):
+            port.write(bytes(500))
+        waiting = (400 - port.lost_writes) * 500
+        while taken := device.read(0.05):
+            waiting -= len(taken)
+        assert most - 500 < waiting <= most
+        port.close()
+        device.close()
+
+
+def test_writes_that_a_slow_peer_lost_are_counted_also_around_a_link_and_after_it_was_opened_again():
+    devices = [open_pty(), open_pty()]
+    paths = iter([path for _, path in devices])
+    clock = SimulatedClock()
+    link = Reconnecting(lambda: KeylessLink(open_link(f"serial:{next(paths)}:57600"), print), clock)
+    counted = []
+    for device, _ in devices:
+        for _ in range(400):
+            link.write(bytes(500))
+        counted.append(link.lost_writes)
+        device.close()
+        while not link.fault:
+            link.read(0.01)
+        clock.advance_to(clock.now_s + 5.0)
+    assert counted[0] > 50
+    assert counted[1] > counted[0] + 50
+    assert link.dropped == 0
 
 
 def test_memory_carries_chunks_in_order_and_notices_the_other_end_closing():

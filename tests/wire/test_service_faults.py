@@ -69,6 +69,34 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away(rig):
     assert said == f"link back: serial:/dev/ttyX, {dropped} writes lost"
 
 
+def test_a_link_that_does_not_carry_all_is_told_every_ten_seconds_with_what_it_lost(rig):
+    slow = FakeLink("serial:/dev/ttyX")
+    bridge = Bridge(rig.vehicle, rig.clock, [slow, *rig.links], rig.parameters)
+    texts = []
+    for i in range(300):
+        slow.dropped += i < 240
+        rig.clock.advance_to(0.05 * i)
+        bridge.step()
+        texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
+    assert [text for text in texts if "link" in text] == [
+        "link too slow: serial:/dev/ttyX, 1 writes lost",
+        "link too slow: serial:/dev/ttyX, 200 writes lost",
+    ]
+    assert bridge.link_faults == {}
+
+
+def test_a_port_that_is_lost_after_it_was_read_does_not_count_as_never_read(rig):
+    rig.bridge.port_fault("imu", "there is no port")
+    assert rig.bridge.unread_ports == {"imu"}
+    rig.bridge.port_fault("imu", "")
+    rig.bridge.receive("imu", b"noise", 1.0)
+    rig.bridge.port_fault("imu", "the other side has gone")
+    assert rig.bridge.device_faults == {}
+    rig.bridge.step()
+    assert rig.bridge.device_faults["imu"] == "imu: the other side has gone"
+    assert rig.bridge.unread_ports == frozenset()
+
+
 def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named(rig):
     texts: list[str] = []
     for i in range(1, 100):
