@@ -112,9 +112,7 @@ def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
         raise LinkError(f"can't be opened ({error.strerror}); check the port", name) from None
     except termios.error as error:  # it was unplugged just then
         raise LinkError(f"can't be set up ({error.args[-1]}); check the cable", name) from None
-    return DescriptorLink(
-        name, opened.fileno(), opened.close, max(baud // BITS_A_BYTE, LEAST_BACKLOG_BYTES)
-    )
+    return DescriptorLink(name, opened.fileno(), opened.close, max(baud // BITS_A_BYTE, LEAST_BACKLOG_BYTES))
 
 
 def _reason(port: str, error: serial.SerialException) -> str:

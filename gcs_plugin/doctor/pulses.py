@@ -158,6 +158,8 @@ class HeldOrders:
 
 POLL_S: Final = 0.02
 WITHIN_S: Final = 5.0
+CERTAIN_BEATS: Final = 2
+"""HEARTBEATs in a row that must say disarmed: the first may be older than an order to arm that is still on its way."""
 
 
 def arm(link: Link, clock: Clock, target: Source) -> None:
@@ -165,20 +167,30 @@ def arm(link: Link, clock: Clock, target: Source) -> None:
 
     Raises LinkError if it refuses, LinkTimeout if it does not answer within WITHIN_S.
     """
-    _order(link, clock, target, 1.0, "arm")
+    awaited = "an answer to the order to arm"
+    number = dialect.MAV_CMD_COMPONENT_ARM_DISARM
+    result = Asking(link, clock, target).command(number, 1.0, seconds=WITHIN_S, awaited=awaited)
+    if result != dialect.MAV_RESULT_ACCEPTED:
+        raise LinkError(f"{link.name}: the vehicle refused to arm (answer {result}); see what it says")
 
 
 def disarm(link: Link, clock: Clock, target: Source) -> None:
-    """Disarm the vehicle `target`. Raises as `arm` does."""
-    _order(link, clock, target, 0.0, "disarm")
+    """Disarm the vehicle `target`. Its HEARTBEATs are believed, since a late answer may be to the order to arm.
 
+    Raises LinkTimeout if they do not say so within WITHIN_S.
+    """
+    in_a_row = 0
 
-def _order(link: Link, clock: Clock, target: Source, wanted: float, word: str) -> None:
-    awaited = f"an answer to the order to {word}"
+    def is_disarmed(message: Any) -> bool | None:
+        nonlocal in_a_row
+        if message.get_type() == "HEARTBEAT":
+            armed = message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED
+            in_a_row = 0 if armed else in_a_row + 1
+        return in_a_row >= CERTAIN_BEATS or None
+
     number = dialect.MAV_CMD_COMPONENT_ARM_DISARM
-    result = Asking(link, clock, target).command(number, wanted, seconds=WITHIN_S, awaited=awaited)
-    if result != dialect.MAV_RESULT_ACCEPTED:
-        raise LinkError(f"{link.name}: the vehicle refused to {word} (answer {result}); see what it says")
+    order = dialect.MAVLink_command_long_message(*target, number, 0, 0, 0, 0, 0, 0, 0, 0)
+    Asking(link, clock, target).until(is_disarmed, WITHIN_S, order, "a HEARTBEAT that says disarmed")
 
 
 ANSWER_S: Final = 1.0

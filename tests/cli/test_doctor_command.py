@@ -109,6 +109,33 @@ def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(link, wet, mon
     assert not link.vehicle.bridge.armed
 
 
+def test_a_wet_check_that_is_interrupted_as_it_arms_ends_disarmed_though_orders_are_lost(
+    link, wet, monkeypatch
+):
+    listen, order, lost = link.read, link.write, []
+
+    def interrupted(timeout_s):
+        if link.vehicle.bridge.armed and not lost:
+            lost.append(b"")
+            raise KeyboardInterrupt
+        return listen(timeout_s)
+
+    def lossy(data):
+        # The answer to the arming comes, while the first orders to disarm do not arrive.
+        if 0 < len(lost) < 3:
+            lost.append(data)
+        else:
+            order(data)
+
+    monkeypatch.setattr(link, "read", interrupted)
+    monkeypatch.setattr(link, "write", lossy)
+    code, _, said = wet(link)
+    assert code == exit_codes.INTERRUPTED
+    assert len(lost) == 3
+    assert not link.vehicle.bridge.armed
+    assert "may still be armed" not in said
+
+
 def test_a_recording_that_fails_in_the_wet_check_leaves_the_vehicle_disarmed(link, wet, monkeypatch):
     write = TlogWriter.write
 

@@ -16,7 +16,8 @@ STILL = (Leg(8.0),)
 
 class Ideal:
     """Attributes are its state and its faults: `ground`, `dvl`, `imu`, `depth_sensor` False for one that is silent;
-    `touched`; `in_hand` False for thrusters in other hands; `tilt_rad`, `voltage_v`, `altitude_m`. A push moves it at `pushed_m_s` along the axis of that push."""
+    `touched`; `in_hand` False for thrusters in other hands; `tilt_rad`, `voltage_v`, `altitude_m`. A push moves it at
+    `pushed_m_s` along the axis of that push."""
 
     def __init__(self, limits=LIMITS, *, depth_m=1.5, sways=True):
         self.flight, self.limits = Flight(sways=sways), limits

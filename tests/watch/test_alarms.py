@@ -128,7 +128,10 @@ def test_a_failsafe_is_an_alarm():
 
 
 def test_a_value_just_beyond_its_limit_does_not_read_as_the_limit_itself():
-    density, surface_pa = RUVIFIST.vehicle.water.weight_n_m3, 100.0 * RUVIFIST.vehicle.water.surface_pressure_hpa
+    density, surface_pa = (
+        RUVIFIST.vehicle.water.weight_n_m3,
+        100.0 * RUVIFIST.vehicle.water.surface_pressure_hpa,
+    )
     deep = (surface_pa + 10.002 * density, 15.0)
     said = Dive().pictured(8, battery=(13.999, 3.0), pressure=deep)
     assert said[Kind.BATTERY] == "battery 13.99 V, below 14 V"
