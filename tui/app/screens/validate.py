@@ -57,7 +57,7 @@ ERRORS_IN: Final = SHOWN_IN | {"m/s": ("mm/s", 1e3)}
 DIGITS: Final = {"mm/s": 1, "deg/s": 2}
 EFFORT_DIGITS: Final = 2
 AROUND_S: Final = 3.0
-NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
+NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or no axis that its reference moves was measured."
 
 
 @dataclass(frozen=True)
