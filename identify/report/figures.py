@@ -69,6 +69,14 @@ def broken_at_gaps(signal: Signal, column: int, longer_than_s: float) -> tuple[A
     return np.insert(time_s, after, time_s[after - 1]), np.insert(value, after, np.nan)
 
 
+def known_at(signal: Signal | None, column: int, time_s: Array) -> Array:
+    """A column at these times, linearly between its readings; NaN outside of its span and in its silences."""
+    if signal is None or not len(signal):
+        return np.full(len(time_s), np.nan)
+    line = signal_line(signal, column, 0.0)
+    return np.interp(time_s, line.x, line.y, np.nan, np.nan)
+
+
 def error_unit(dof: int) -> tuple[float, str]:
     """The unit in which an error of a velocity is shown, behind how many of it are 1 m/s or rad/s."""
     return (1e3, "mm/s") if dof < 3 else (math.degrees(1.0), "deg/s")
@@ -166,21 +174,16 @@ def speeds(dive: Dive) -> Figure | None:
 
 def zoomed_speeds(dive: Dive) -> tuple[Traces, ...]:
     """The same as curves to zoom, each speed with its reference where the vehicle says one; () without readings."""
-    clock = dive.velocity if dive.velocity is not None and len(dive.velocity) else dive.yaw_rate
-    if clock is None or len(clock) < 2:
+    measured_by = [signal for signal in (dive.velocity, dive.yaw_rate) if signal is not None and len(signal)]
+    time_s = np.unique(np.concatenate([signal.time_s for signal in measured_by] or [np.zeros(0)]))
+    if len(time_s) < 2:
         return ()
-    time_s, nothing = clock.time_s, np.full(len(clock), np.nan)
     panels: list[tuple[str, Array]] = []
     for dof, title, scale in SPEEDS:
         signal, column = (dive.velocity, dof) if dof < YAW else (dive.yaw_rate, 0)
-        measured = nothing
-        if signal is not None and len(signal) > 1:
-            values = signal.value if signal is clock else signal.at(time_s)
-            measured = scale * values[:, column]
-        known = dive.nu_ref is not None and len(dive.nu_ref) > 1
-        asked = scale * dive.nu_ref.held_at(time_s)[:, dof] if known and dive.nu_ref is not None else nothing
-        if np.isfinite(measured).any():
-            panels.append((title, np.array([measured, asked])))
+        curves = scale * np.array([known_at(signal, column, time_s), known_at(dive.nu_ref, dof, time_s)])
+        if np.isfinite(curves[0]).any():
+            panels.append((title, curves))
     if not panels:
         return ()
     caption = (

@@ -243,6 +243,32 @@ def test_a_dive_s_speeds_can_be_zoomed_beside_their_reference_and_stay_a_figure_
     assert [figure.name for figure in section.filed] == [f"speeds {dive.name}"]
 
 
+def test_no_speed_is_drawn_where_its_sensor_was_silent_and_each_as_long_as_it_spoke():
+    dive = straight_dive()
+    turned_s = 5.0 + np.concatenate([np.arange(0.0, 30.0, 0.02), np.arange(40.0, 250.0, 0.02)])
+    asked_s = 5.0 + np.arange(0.0, 100.0, 0.1)
+    dive = replace(
+        dive,
+        gyro=Signal(turned_s, np.tile([0.0, 0.0, 0.3], (len(turned_s), 1))),
+        nu_ref=Signal(asked_s, np.full((len(asked_s), 14), 0.5)),
+    )
+    (zoomed,) = dive_section(dive, Water()).traces
+    panels = {title.partition(",")[0]: curves for title, curves in zoomed.panels}
+    shown = {
+        "surge": panels["surge"][0],
+        "yaw": panels["yaw"][0],
+        "reference": panels["yaw"][1],
+    }
+    known_s = {name: zoomed.time_s[np.isfinite(curve)] for name, curve in shown.items()}
+    assert {name: round(float(of[-1])) for name, of in known_s.items()} == {
+        "surge": 200,
+        "yaw": 250,
+        "reference": 100,
+    }
+    assert not ((known_s["yaw"] > 30.0) & (known_s["yaw"] < 39.9)).any()
+    assert ((known_s["surge"] > 30.0) & (known_s["surge"] < 39.9)).any()
+
+
 def test_dead_reckoning_goes_north_when_turned_about_all_axes():
     time_s = np.array([0.0, 2.0])
     # 120 degrees about (1, 1, 1) takes x to y, y to z and z to x: heave becomes north.
