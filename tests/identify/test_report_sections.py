@@ -16,6 +16,7 @@ from identify.report.figures import autocorrelation, dead_reckon
 from identify.report.identification import dive_section, identification_section, innovations_section
 from identify.report.page import Report, write_report
 from identify.report.tables import nuisance_tables
+from identify.run.joined_runs import joined
 
 NAN = float("nan")
 
@@ -212,6 +213,15 @@ def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
     rows = {row[0]: row[1:] for row in table.shown}
     assert rows["velocity over the bottom"] == ("2\u00a0000", "10.0 Hz", "0.10 s", "1.0 %")
     assert rows["thruster commands"][2] == "3.2 s"
+
+
+def test_the_time_between_two_runs_is_no_gap_of_a_signal():
+    runs = [replace(straight_dive(), name=name, sha256=name * 64) for name in "ab"]
+    (table,) = dive_section(joined(runs), Water()).tables
+    rows = {row[0]: row[1:] for row in table.shown}
+    assert rows["velocity over the bottom"][2] == "0.10 s"
+    assert rows["thruster commands"][2] == "3.2 s"
+    assert rows["feed-forward mode (FF_MODE)"][2] == "1.0 s"
 
 
 def test_a_dive_says_where_it_comes_from_its_mode_its_notes_and_counts():
