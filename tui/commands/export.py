@@ -138,7 +138,7 @@ MCAP: Final = "mcap"
 
 def export_dive(arguments: argparse.Namespace) -> int:
     """Write a dive's signals, with --vehicle also its model's velocities. Raises UsageError, LogError, FitError."""
-    if arguments.out is None:
+    if arguments.out in (None, STANDARD_OUTPUT):
         raise UsageError("--to mcap: is no text that can be shown; add --out FILE.mcap")
     columns = column_map_for(arguments.columns, (arguments.file,))
     dive, made, notes = _signals(arguments, columns)
