@@ -3,7 +3,6 @@
 Times are seconds from the start of the dive.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -30,7 +29,7 @@ from identify.report.plot import (
     stack,
 )
 from identify.report.traces import Traces
-from identify.words import count, fixed, significant, unit
+from identify.words import count, fixed, significant, speed_unit, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -79,7 +78,7 @@ def known_at(signal: Signal | None, column: int, time_s: Array) -> Array:
 
 def error_unit(dof: int) -> tuple[float, str]:
     """The unit in which an error of a velocity is shown, behind how many of it are 1 m/s or rad/s."""
-    return (1e3, "mm/s") if dof < 3 else (math.degrees(1.0), "deg/s")
+    return speed_unit("m/s" if dof < 3 else "rad/s")
 
 
 def time_panel(title: str, dive: Dive, lines: Sequence[Line], height_in: float = 1.7) -> Panel:
