@@ -42,7 +42,6 @@ SPEEDS = (
     (YAW, "yaw, deg/s", float(np.degrees(1.0))),
 )
 GAP_PERIODS = 5.0
-REST_US = 1500.0
 OUTLIER_MEDIANS, OUTLIER_PERCENT = 4.0, 25.0
 
 HEIGHT_IN = 4.0
@@ -221,26 +220,27 @@ def depth(dive: Dive, water: Water) -> Figure | None:
     return Figure(f"depth {dive.name}", caption, stack([Panel(draw, 1.4)]))
 
 
-def thrusters(dive: Dive) -> Figure | None:
-    """Command of each thruster, in the order of the vehicle's file, all on the same scale; None without commands."""
+def thrusters(dive: Dive, rest_us: float) -> Figure | None:
+    """Command of each thruster, in the order of the vehicle's file, all on the same scale about that of rest; None
+    without commands."""
     pwm = dive.pwm
     if pwm is None or not len(pwm):
         return None
     lines = [signal_line(pwm, i, dive.span_s[0]) for i in range(pwm.value.shape[1])]
-    off = np.abs(pwm.value[np.isfinite(pwm.value)] - REST_US)
+    off = np.abs(pwm.value[np.isfinite(pwm.value)] - rest_us)
     reach = max(1.1 * float(off.max(initial=0.0)), 50.0)
 
     def panel(number: int, line: Line) -> Panel:
         def draw(box: "Axes") -> None:
             time_panel(f"thruster {number}, µs", dive, [line]).draw(box)
-            box.set_ylim(REST_US - reach, REST_US + reach)
-            box.axhline(REST_US, color=LIGHT["rule"], linewidth=0.8, zorder=1)
+            box.set_ylim(rest_us - reach, rest_us + reach)
+            box.axhline(rest_us, color=LIGHT["rule"], linewidth=0.8, zorder=1)
 
         return Panel(draw, 0.85)
 
     return Figure(
         f"thrusters {dive.name}",
-        "Thruster commands, pulse width in microseconds; most thrusters rest at 1500.",
+        f"Thruster commands, pulse width in microseconds; by the vehicle file they rest at {fixed(rest_us, 0)}.",
         stack([panel(number, line) for number, line in enumerate(lines, start=1)]),
     )
 

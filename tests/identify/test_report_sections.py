@@ -215,6 +215,14 @@ def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
     assert rows["thruster commands"][2] == "3.2 s"
 
 
+def test_thrusters_that_rest_at_another_pulse_are_drawn_about_that():
+    dive = straight_dive()
+    pushes = replace(dive, pwm=Signal(dive.pwm.time_s, np.full_like(dive.pwm.value, 1200.0)))
+    figure = next(f for f in dive_section(pushes, Water(), 1100.0).figures if f.name.startswith("thrusters"))
+    assert figure.caption.endswith("by the vehicle file they rest at 1100.")
+    assert [box.get_ylim() for box in boxes(figure)] == [(990.0, 1210.0)] * 2
+
+
 def test_the_time_between_two_runs_is_no_gap_of_a_signal():
     runs = [replace(straight_dive(), name=name, sha256=name * 64) for name in "ab"]
     (table,) = dive_section(joined(runs), Water()).tables
