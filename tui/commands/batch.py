@@ -9,12 +9,13 @@ from pathlib import Path
 from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
+from bridge.errors import ConfigError
 from bridge.links.addresses import of_link
 from bridge.text import say
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.batch.drift import Drift, EffectDrift, chance_words, drift_of, effect_drifts
-from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Result, job_for
+from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Recording, Result, job_for
 from identify.batch.page import MARKS, batch_report, cause_words, doubt_mark
 from identify.batch.recordings import Selection, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
@@ -23,6 +24,7 @@ from identify.estimators.table import METHODS
 from identify.ingest.mapping.column_map import map_file
 from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
+from identify.run.recordings import Recording as Conditioned
 from identify.words import utc, with_interval
 from tui import show
 from tui.accept_diagnosis import before_named
@@ -35,6 +37,9 @@ PAGE, KEPT = "trends.html", "results.jsonl"
 PAPER = "bench.reproduce.paper"
 """Module of the source paper's method, offered as `paper`."""
 
+
+RuledOut = tuple[tuple[str, ...], tuple[str, ...]]
+"""Effects that the conditions of a dive rule out, and the reasons."""
 
 VERBS = {IDENTIFY: "identify", DIAGNOSE: "diagnose"}
 
@@ -53,15 +58,15 @@ def run(arguments: argparse.Namespace) -> int:
     method = PAPER if arguments.method == "paper" else arguments.method
     kinds = (IDENTIFY, DIAGNOSE) if arguments.diagnose else (IDENTIFY,)
     accepted = _accepted(arguments, file)
+    readable, damaged = _with_conditions(recordings.recordings)
     remarks: dict[str, None] = {}
     results: dict[str, list[Result]] = {DIAGNOSE: []}
     try:
         for kind in kinds:
             jobs = []
-            for recording in recordings.recordings:
-                here = recording_at(recording.path)
+            for recording, here, (effects, reasons) in readable:
                 dived, changes = here.under_conditions(file)
-                without, why = ruled_out([recording.path]) if kind == DIAGNOSE else ((), ())
+                without, why = (effects, reasons) if kind == DIAGNOSE else ((), ())
                 remarks |= dict.fromkeys((*changes, *why))
                 jobs.append(
                     job_for(
@@ -82,8 +87,25 @@ def run(arguments: argparse.Namespace) -> int:
         raise
     finally:
         cache.close()
-    rows = rows_of([*results[IDENTIFY], *recordings.unreadable], results[DIAGNOSE])
+    rows = rows_of([*results[IDENTIFY], *recordings.unreadable, *damaged], results[DIAGNOSE])
     return finish(arguments, file, recordings, rows, tuple(f"{remark}." for remark in remarks))
+
+
+def _with_conditions(
+    recordings: Sequence[Recording],
+) -> tuple[list[tuple[Recording, Conditioned, RuledOut]], list[Result]]:
+    """The recordings with the conditions of their dives and the effects that these rule out; failed results for those
+    whose conditions can't be read."""
+    readable, damaged = [], []
+    for recording in recordings:
+        try:
+            readable.append((recording, recording_at(recording.path), ruled_out([recording.path])))
+        except ConfigError as error:
+            place = str(recording.path)
+            damaged.append(
+                Result(place, recording.name, place, recording.sha256, error=str(error), final=False)
+            )
+    return readable, damaged
 
 
 def _accepted(arguments: argparse.Namespace, file: VehicleFile) -> dict[str, Before] | None:
