@@ -276,6 +276,22 @@ def test_what_is_no_diagnosis_is_none(data):
     assert answer(data) is None
 
 
+def test_a_phase_that_no_diagnosis_knows_makes_it_none():
+    gap = diagnosis()["gap"]
+    strange = [gap["where"][0] | {"phase": "loitering"}, *gap["where"][1:]]
+    assert diagnosed(gap=gap | {"where": strange}) is None
+
+
+@pytest.mark.parametrize("unknown", ["before", "after", "floor"])
+def test_a_drift_that_is_not_known_is_shown_as_that(unknown):
+    shrink = diagnosis()["shrink"]
+    surge = shrink["check"]["by_axis"]["surge"] | {unknown: None}
+    by_axis = shrink["check"]["by_axis"] | {"surge": surge}
+    shown = diagnosed(shrink=shrink | {"check": shrink["check"] | {"by_axis": by_axis}})
+    lines = plain(diagnose.how_far(shown, 110))
+    assert "—" in next(line for line in lines if line.startswith("  surge"))
+
+
 def test_no_cause_and_nothing_next_is_said():
     none = diagnosed(
         effects=[],

@@ -112,6 +112,12 @@ def test_curves_that_are_of_no_dive_are_no_validation(change):
     assert runs(data) is None
 
 
+def test_errors_in_a_unit_of_no_axis_are_no_validation():
+    data = validation()
+    data[0]["axes"][0]["unit"] = "furlongs"
+    assert runs(data) is None
+
+
 def test_a_criterion_is_passed_or_failed_or_not_known():
     data = validation()
     data[0]["raising"]["criteria"][0]["passed"] = [[]]

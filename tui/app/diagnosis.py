@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
+from typing import Any, Final, get_args
 
 from bridge.errors import ConfigError
 from bridge.files import read_small, written_ns
@@ -12,10 +12,12 @@ from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.forecast import ForecastRow
+from identify.diagnose.result import Phase
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.validation.against_forecast import rows_words
 from tui.app.jobs import real
 
+PHASES: Final = get_args(Phase)
 OF_DRIFT: Final = ("after", "heldout", "by_axis")
 """Drifts in numbers."""
 
@@ -123,6 +125,8 @@ def _answer(data: Mapping[str, Any]) -> Answer:
     probabilities = tuple(float(effect["probability"]) for effect in data["effects"])
     if len(probabilities) != len(words.causes):
         raise ValueError("causes without words")
+    if any(entry["phase"] not in PHASES for entry in gap["where"]):
+        raise ValueError("a phase that is none")
     return Answer(
         verdict=str(data["verdict"]),
         shares={(str(entry["dof"]), str(entry["phase"])): float(entry["share"]) for entry in gap["where"]},

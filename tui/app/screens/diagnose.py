@@ -182,7 +182,7 @@ def _evidence(nats: float, most: float, role: Role) -> Line:
 def how_far(answer: Answer, cells: int) -> Lines:
     """Drift over 5 s by degree of freedom, without and with the causes: the dive, held-out pieces, check dive."""
     lines: list[Line] = [*wrapped("drift of the model over 5 s, without → with the causes", "quiet", cells)]
-    every = [axis for shrink in answer.shrinks.values() for axis in shrink.by_axis if axis.floor > 0]
+    every = [axis for shrink in answer.shrinks.values() for axis in shrink.by_axis if _is_known(axis)]
     most = max((axis.before / axis.floor for axis in every), default=1.0)
     for what, shrink in answer.shrinks.items():
         closed = f"closes {_share(shrink)} of what is beyond noise" if math.isfinite(shrink.value) else ""
@@ -197,6 +197,11 @@ def how_far(answer: Answer, cells: int) -> Lines:
     return tuple(lines)
 
 
+def _is_known(axis: AxisShrink) -> bool:
+    """Whether all three of its drifts are known, so that they have a bar."""
+    return math.isfinite(axis.before) and math.isfinite(axis.after) and axis.floor > 0
+
+
 def _share(shrink: Shrink) -> str:
     """`98 % (93 to 100 %)`."""
     known = math.isfinite(shrink.high95 - shrink.low95)
@@ -209,8 +214,8 @@ def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
     turning = axis.dof not in DOFS[:3]
     scale, unit = (math.degrees(1.0), "deg/s") if turning else (1e3, "mm/s")
     before, after, floor = (significant(scale * value, 2) for value in (axis.before, axis.after, axis.floor))
-    whole = round(cells * axis.before / axis.floor / most) if axis.floor > 0 else 0
-    stays = min(round(whole * axis.after / axis.before), whole) if axis.before > 0 else 0
+    whole = round(cells * axis.before / axis.floor / most) if _is_known(axis) else 0
+    stays = min(round(whole * axis.after / axis.before), whole) if whole else 0
     return (
         (f"  {axis.dof:<{NAME_CELLS}}{before:>8} →", "plain"),
         (f"{after:>7}", "strong"),

@@ -15,7 +15,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
 from identify.validation.axis_criteria import Criterion
 from identify.validation.raising import BASELINE
-from identify.validation.tracking_curves import CURVES, Followed
+from identify.validation.tracking_curves import CURVES, WRENCH_UNITS, Followed
 from tui.app.curves import Curve, plot, seconds
 from tui.app.desk import VALIDATED, can_check
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
@@ -100,6 +100,8 @@ def runs(data: Any) -> tuple[Run, ...] | None:
 
 def _run(data: Mapping[str, Any]) -> Run:
     dive, raising = str(data["dive"]), data["raising"]
+    if strange := {entry["unit"] for entry in data["axes"]} - WRENCH_UNITS.keys():
+        raise ValueError(f"no errors in {strange}")
     return Run(
         _short(str(data["run"]), str(data["mode"]), dive),
         dive,
