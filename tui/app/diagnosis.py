@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final, get_args
+from typing import Any, Final
 
 from bridge.errors import ConfigError
 from bridge.files import read_small, written_ns
@@ -12,12 +12,19 @@ from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.forecast import ForecastRow
-from identify.diagnose.result import Phase
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.validation.against_forecast import rows_words
 from tui.app.jobs import real
 
-PHASES: Final = get_args(Phase)
+PHASES: Final = {
+    "rest": "at rest",
+    "accelerating": "speeds up",
+    "decelerating": "slows",
+    "steady": "steady",
+    "turning": "turns",
+    "reversing": "reverses",
+}
+"""The phases of motion of a diagnosis, in words."""
 OF_DRIFT: Final = ("after", "heldout", "by_axis")
 """Drifts in numbers."""
 

@@ -10,7 +10,7 @@ from gcs_plugin.params.sidecar import sidecar_path
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
-from tui.app.diagnosis import Answer, Cause, Foretold, Tried, answer, foretold
+from tui.app.diagnosis import PHASES, Answer, Cause, Foretold, Tried, answer, foretold
 from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer
@@ -19,14 +19,6 @@ from tui.app.screens.on_dive import SectionScreen
 from tui.options import NONE_ACCEPTED
 
 REPORT: Final = "diagnosis.html"
-PHASES: Final = {
-    "rest": "at rest",
-    "accelerating": "speeds up",
-    "decelerating": "slows",
-    "steady": "steady",
-    "turning": "turns",
-    "reversing": "reverses",
-}
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
 """Shade of a cell by its least share of the missing force, squared; below the last share it is blank."""
 SHADE_CELLS, WIDEST_CELLS = 4, 15
