@@ -295,6 +295,7 @@ def test_a_drift_that_is_not_known_is_shown_as_that(unknown):
 def test_no_cause_and_nothing_next_is_said():
     none = diagnosed(
         effects=[],
+        gap=diagnosis()["gap"] | {"before": 1.1},
         verdict="no_gap",
         told=diagnosis()["told"] | {"causes": [], "next": [], "notes": []},
     )
@@ -302,6 +303,13 @@ def test_no_cause_and_nothing_next_is_said():
     assert plain(diagnose.which(none, 80))[0] == "No candidate of the library is accepted as a cause."
     assert not set("░▒▓█▏") & set("".join(plain((*diagnose.which(none, 80), *diagnose.how_far(none, 80)))))
     assert plain(diagnose.what_next(none, 80)) == ["Nothing is left to split: dive on."]
+
+
+def test_a_drift_that_nothing_explains_is_not_called_no_gap_where_it_lies():
+    gap = {"verdict": "no_gap", "effects": [], "told": diagnosis()["told"] | {"causes": []}}
+    for before, words in ((1.3, "The model drifts further than noise"), (1.1, "There is no gap")):
+        shown = diagnosed(**gap, gap=diagnosis()["gap"] | {"before": before})
+        assert plain(diagnose.where(shown, 120))[0].startswith(words)
 
 
 @pytest.mark.parametrize(("after", "then"), [(1.1, "upload what was found, and dive on"), (1.6, "dive on")])

@@ -21,6 +21,11 @@ from tui.options import NONE_ACCEPTED
 REPORT: Final = "diagnosis.html"
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
 """Shade of a cell by its least share of the missing force, squared; below the last share it is blank."""
+NOWHERE: Final = "There is no gap, so it lies nowhere."
+NOTHING_RETURNS: Final = (
+    "The model drifts further than noise drives it, but no force that returns is missing: fly the same again to see "
+    "whether it lasts."
+)
 SHADE_CELLS, WIDEST_CELLS = 4, 15
 LISTED_CELLS: Final = 20
 FORCE: Final = "     missing"
@@ -60,7 +65,7 @@ def where(answer: Answer, cells: int) -> Lines:
     more of it, and the missing force beside it. A list of the parts if the map does not fit.
     """
     if answer.verdict == "no_gap":
-        none = wrapped("There is no gap, so it lies nowhere.", "plain", cells)
+        none = wrapped(NOTHING_RETURNS if answer.drifts else NOWHERE, "plain", cells)
         return (
             *none,
             *(line for words in answer.words.disturbance for line in wrapped(words, "quiet", cells)),
