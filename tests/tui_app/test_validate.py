@@ -175,6 +175,12 @@ def test_a_yaw_rate_is_told_in_degrees():
     assert lines[head + 6].split()[:3] == ["steady", "|PID|,", "N"]
 
 
+@pytest.mark.parametrize(("count", "cells"), [(1, 48), (2, 48), (3, 58), (3, 80)])
+def test_each_dive_s_name_stands_above_its_own_numbers_on_a_phone_too(count, cells):
+    head, *rows = validate.error_lines(runs(validation())[:count], DIVE, cells)[:5]
+    assert {width(row) for row in rows} == {width(head)}
+
+
 @pytest.mark.parametrize("change", [{"axis": "x"}, {"axis": []}, {"rms": "much"}], ids=str)
 def test_a_whole_mission_of_no_axis_is_no_validation(change):
     data = validation()

@@ -50,6 +50,8 @@ MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
 }
 PHASE_CELLS, PHASE_CELLS_OF_A_PHONE = 24, 17
 BOTH_PARTS_CELLS: Final = 13
+BOTH_PARTS: Final = ("rms: all / others move", "rms: all / others")
+"""The head of both parts, and where that has no room."""
 LEAST_WORDS_CELLS: Final = 24
 """With less room beside its name, a criterion's words stand below it."""
 LEAST_SPANS: Final = {"m/s": 0.05, "mm/s": 20.0, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
@@ -218,7 +220,8 @@ def whole_lines(runs: Sequence[Run], chosen: str, left: int, width: int) -> Line
         lines.append(line)
     if not lines:
         return ()
-    head: Line = ((f"{'rms: all / others move' if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
+    both = next((words for words in BOTH_PARTS if len(words) <= left), BOTH_PARTS[-1])
+    head: Line = ((f"{both if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
     for run in runs:
         role: Role = "strong" if run.dive == chosen else "quiet"
         head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
