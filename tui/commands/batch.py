@@ -184,43 +184,48 @@ def finish(
     """Show and write the results of the batch, with `remarks` on the dives' conditions, and return the exit code."""
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
     effects = effects_of(rows)
-    tell(arguments, recordings, rows, drifts, effects)
-    show.say(show.words(), *remarks)
     twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in recordings.twins]
     with Files() as files:
-        if arguments.csv is not None:
-            files.attempt(lambda: show.write_text(to_csv(rows), arguments.csv, "the CSV "))
-        files.json(
-            {
-                "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
-                "method": arguments.method,
-                "dives": [to_json(row) for row in rows],
-                "conditions": list(remarks),
-                "counted_once": [
-                    {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
-                ],
-                "trends": drifts_to_json(drifts),
-                "effects": effects_to_json(effects),
-            },
-            arguments.json,
-        )
-        page = Path(arguments.out) / PAGE
-        report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts, effects, remarks)
-        read = [
-            Read(
-                row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s
+        # The page comes last because drawing takes long. It is written even if the reader of the tables has left.
+        try:
+            files.json(
+                {
+                    "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
+                    "method": arguments.method,
+                    "dives": [to_json(row) for row in rows],
+                    "conditions": list(remarks),
+                    "counted_once": [
+                        {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
+                    ],
+                    "trends": drifts_to_json(drifts),
+                    "effects": effects_to_json(effects),
+                },
+                arguments.json,
             )
-            for row in rows
-            if row.sha256
-        ]
-        page_report = with_provenance(report, read, file, settings(arguments))
-        if files.attempt(partial(write_report, page, page_report)):
-            show.say(show.words(), f"trends: {page}")
+            if arguments.csv is not None:
+                files.attempt(lambda: show.write_text(to_csv(rows), arguments.csv, "the CSV "))
+            tell(arguments, recordings, rows, drifts, effects)
+            show.say(show.words(), *remarks)
+        finally:
+            page = Path(arguments.out) / PAGE
+            report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts, effects, remarks)
+            page_report = with_provenance(report, _read(rows), file, settings(arguments))
+            if files.attempt(partial(write_report, page, page_report)):
+                show.say(show.words(), f"trends: {page}")
     answers = [bool(row.values) for row in rows]
     answers += [not row.causes.error for row in rows if row.causes is not None]
     if all(answers):
         return files.code(exit_codes.DONE)
     return files.code(exit_codes.PARTLY if any(answers) else exit_codes.NO)
+
+
+def _read(rows: Sequence[Row]) -> list[Read]:
+    """The recordings that could be read."""
+    return [
+        Read(row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s)
+        for row in rows
+        if row.sha256
+    ]
 
 
 def effects_of(rows: Sequence[Row]) -> dict[str, tuple[EffectDrift, ...]]:
