@@ -21,7 +21,7 @@ from bridge.vehicle.config import CONFIGS, VehicleFile, load_vehicle
 from gcs_plugin.params.sidecar import sidecar_path
 from tui import show
 from tui.cli import complain
-from tui.options import PARAMETER_SUFFIXES, FolderTarget, NewFile, NewFolder, ParameterTarget, Target
+from tui.options import PARAMETER_SUFFIXES, FolderTarget, NewFile, NewFolder, Output, ParameterTarget, Target
 from tui.show import STANDARD_OUTPUT
 
 if TYPE_CHECKING:
@@ -55,7 +55,9 @@ def check_places(arguments: argparse.Namespace) -> None:
             _check_new_folder(option, place)
         elif isinstance(place, NewFile) and place:
             check_new_file(option, place)
-        elif isinstance(place, Target) and place != STANDARD_OUTPUT:
+        elif isinstance(place, Output) and place == STANDARD_OUTPUT:
+            continue
+        elif isinstance(place, Target):
             _check_file(option, place, place.suffixes)
             targets[option] = Path(place)
             if isinstance(place, ParameterTarget):
@@ -75,6 +77,8 @@ def check_places(arguments: argparse.Namespace) -> None:
 
 def _check_file(option: str, target: str, suffixes: tuple[str, ...] = ()) -> None:
     path = Path(target)
+    if target == STANDARD_OUTPUT:
+        raise UsageError(f"{option} {target}: can't go to standard output; name a file")
     if suffixes and path.suffix not in suffixes:
         raise UsageError(f"{option} {target}: the name must end in {' or '.join(suffixes)}; name it so")
     if path.is_dir() or not path.name:

@@ -15,9 +15,13 @@ PARAMETER_SUFFIXES = (".param", ".parm", ".params")
 
 
 class Target(str):
-    """A file that a verb writes; `-` is standard output. `suffixes`: the endings that it may have, empty for any."""
+    """A file that a verb writes. `suffixes`: the endings that it may have, empty for any."""
 
     suffixes: ClassVar[tuple[str, ...]] = ()
+
+
+class Output(Target):
+    """A file that a verb writes; `-` is standard output."""
 
 
 class NewFile(str):
@@ -84,7 +88,7 @@ class Options:
         self.parser.add_argument(name, action="store_true", help=meaning)
 
     def json(self, content: str = "the result") -> None:
-        self.value("--json", "FILE", f"write {content} as JSON; - for standard output", type=Target)
+        self.value("--json", "FILE", f"write {content} as JSON; - for standard output", type=Output)
 
     def columns(self) -> None:
         self.value("--columns", "MAP", "YAML map from the columns of a table, bag or log to signals")

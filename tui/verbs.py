@@ -11,7 +11,17 @@ from pathlib import Path
 from bridge.command_line import actions_of, port, seconds, seed, size
 from bridge.onboard import program
 from bridge.vehicle.mode import BY_WORD, Mode
-from tui.options import MissionTarget, NewFile, NewFolder, Options, ParameterTarget, Target, hub_port, speed
+from tui.options import (
+    MissionTarget,
+    NewFile,
+    NewFolder,
+    Options,
+    Output,
+    ParameterTarget,
+    Target,
+    hub_port,
+    speed,
+)
 
 MODES = {
     Mode.OFF: "the PID alone; sent until the vehicle confirms, without asking",
@@ -410,7 +420,7 @@ def _batch(options: Options) -> None:
     )
     options.columns()
     options.json("everything")
-    options.value("--csv", "FILE", "write the table as CSV; - for standard output", type=Target)
+    options.value("--csv", "FILE", "write the table as CSV; - for standard output", type=Output)
 
 
 @verb(
@@ -580,7 +590,7 @@ def _export(options: Options) -> None:
         "the vehicle file, if MODEL is JSON or .param; of a dive, to add its model's velocities"
     )
     options.columns()
-    options.value("--out", "FILE", "the file (default: standard output; mcap needs a file)", type=Target)
+    options.value("--out", "FILE", "the file (default: standard output; mcap needs a file)", type=Output)
     options.despite_doubts()
     options.json("the parts that did not fit")
 

@@ -71,7 +71,11 @@ class FlightLimits:
 
 def load_limits(path: Path) -> FlightLimits:
     """Load the limit file. Raises ConfigError with the file and the key."""
-    if not path.exists():
+    try:
+        there = path.exists()
+    except OSError as error:
+        raise ConfigError(f"{path}: {schema.why_unread(error)}; name another") from None
+    if not there:
         raise ConfigError(
             f"{path}: no such file; write the limits into it as docs/howto/fly_a_plan.md has them, or name another"
         )

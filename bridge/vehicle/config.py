@@ -363,6 +363,20 @@ def load_vehicle(argument: str) -> VehicleFile:
 
     Raises ConfigError with the file, the key and the nearest known key.
     """
+    try:
+        path, configuration = _named(argument)
+    except OSError as error:
+        raise ConfigError(f"{argument}: {schema.why_unread(error)}; give another file") from None
+    data = schema.load_yaml(path)
+    vehicle = schema.build(Vehicle, data, str(path))
+    if configuration is not None:
+        vehicle.configuration_named(configuration)
+    return VehicleFile(path, vehicle, configuration, hashlib.sha256(path.read_bytes()).hexdigest())
+
+
+def _named(argument: str) -> tuple[Path, str | None]:
+    """The file and the configuration that `FILE[:CONFIGURATION]` names. Raises ConfigError if there is none, OSError
+    where nobody may look."""
     text, configuration = argument, None
     head, _, tail = argument.rpartition(":")
     if head and not Path(argument).exists() and "/" not in tail and "\\" not in tail:
@@ -374,11 +388,7 @@ def load_vehicle(argument: str) -> VehicleFile:
         path = bundled
     if not path.exists():
         raise ConfigError(f"{text}: no such file; {_nearest(path.stem)}")
-    data = schema.load_yaml(path)
-    vehicle = schema.build(Vehicle, data, str(path))
-    if configuration is not None:
-        vehicle.configuration_named(configuration)
-    return VehicleFile(path, vehicle, configuration, hashlib.sha256(path.read_bytes()).hexdigest())
+    return path, configuration
 
 
 def _nearest(name: str) -> str:

@@ -21,8 +21,10 @@ if ! grep -qx "$part $machine $version" "$here/holds.txt"; then
   sed 's/^/  /' "$here/holds.txt" >&2
   exit 1
 fi
+sums=sha256sum
+command -v sha256sum >/dev/null || sums="shasum -a 256"  # macOS
 # Of a bundle that was unpacked without the ground station's wheels, the sums of what is there.
-(cd "$here" && sha256sum --check --quiet --ignore-missing SHA256SUMS) || {
+(cd "$here" && $sums --check --quiet --ignore-missing SHA256SUMS) || {
   echo "a file is not as it was packed: copy the archive again" >&2
   exit 1
 }

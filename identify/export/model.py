@@ -8,6 +8,7 @@ rates about them; diagonal matrices stay the same.
 """
 
 import math
+import re
 import xml.etree.ElementTree as ET
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -262,7 +263,7 @@ def comment(parent: ET.Element, model: Model, sentence: str) -> None:
     words = f"{model.name}: {sentence}"
     words += f" Unknown: {', '.join(model.unknown)}." if model.unknown else ""
     words += f" 95 % intervals: {intervals}." if intervals else ""
-    parent.append(ET.Comment(f" {words.replace('--', '- -')} "))
+    parent.append(ET.Comment(f" {re.sub('-(?=-)', '- ', words)} "))
 
 
 def document(root: ET.Element) -> str:

@@ -5,7 +5,7 @@ from typing import Any, Final
 import numpy as np
 
 from identify.diagnose.result import Phase, plain_effect
-from identify.diagnose.words.causes import cause_sentence, effect_words, shown_parameters, value_words, words
+from identify.diagnose.words.causes import cause_sentence, name_of, shown_parameters, value_words
 from identify.repeats.judge import Judged
 from identify.repeats.marks import DEPTH, MARKS, UNITS
 from identify.words import capital, listed, significant
@@ -64,7 +64,6 @@ def sentences(judged: Judged) -> tuple[str, ...]:
         nothing = "No gap: the runs scatter about the accepted ones as these do among themselves."
         something = f"Something is there that no candidate explains, in {listed(judged.left)}."
         return (something if judged.left else nothing, marks)
-    named = " or ".join((effect_words(finding.cause.effect), *map(words, finding.also)))
     values = "; ".join(value_words(name, value) for name, value in shown_parameters(finding).items())
     left = (f"It leaves something in {listed(judged.left)}.",) if judged.left else ()
-    return (f"{capital(named)} explains the gap: {values}.", cause_sentence(finding), *left, marks)
+    return (f"{capital(name_of(finding))} explains the gap: {values}.", cause_sentence(finding), *left, marks)

@@ -167,10 +167,16 @@ def judge(marks: Array, usual: Usual, causes: Mapping[str, Sequence[Cause]]) -> 
         return Judged(
             len(marks), "unknown" if odd else "no_gap", None, nats, shift, off, float(bool(odd)), odd
         )
-    name_of = {label: causes[label][0].effect.name for label in nats}
-    near = [name_of[label] for label in nats if nats[best] - nats[label] < ALIKE_NATS]
-    also = tuple(dict.fromkeys(name for name in (*cause.also, *near) if name != cause.effect.name))
-    named = [nats[label] for label in nats if name_of[label] in (cause.effect.name, *also)]
+    effects = {label: causes[label][0].effect for label in nats}
+    near = [effects[label] for label in nats if label != best and nats[best] - nats[label] < ALIKE_NATS]
+    others = tuple(effect.number for effect in near if effect.name == cause.effect.name)
+    names = (*cause.also, *(effect.name for effect in near))
+    also = tuple(dict.fromkeys(name for name in names if name != cause.effect.name))
+    named = [
+        nats[label]
+        for label, effect in effects.items()
+        if label == best or effect in near or effect.name in also
+    ]
     finding = Finding(
         candidates.Cause(cause.effect, cause.values),
         also,
@@ -178,8 +184,9 @@ def judge(marks: Array, usual: Usual, causes: Mapping[str, Sequence[Cause]]) -> 
         float(np.exp(np.logaddexp.reduce(named) - np.logaddexp.reduce([0.0, *nats.values()]))),
         _parameters(causes[best], each[best]),
         nats[best],
+        other_thrusters=others,
     )
-    verdict: Verdict = "ambiguous" if also else "partly" if odd else "explained"
+    verdict: Verdict = "ambiguous" if finding.is_ambiguous else "partly" if odd else "explained"
     return Judged(len(marks), verdict, finding, nats, shift, off, unexplained if odd else 0.0, odd)
 
 

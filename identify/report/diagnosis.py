@@ -8,8 +8,7 @@ import numpy as np
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.causes.requirement import LEAST_GAIN
 from identify.diagnose.result import Diagnosis, Finding, Gap, Value
-from identify.diagnose.shrink.shrink import CHANCE
-from identify.diagnose.shrink.shrunk import Shrink
+from identify.diagnose.shrink.shrunk import CHANCE, Shrink
 from identify.diagnose.simulators.comparison import Against, Difference
 from identify.diagnose.simulators.thrust_ratio import ThrustRatio
 from identify.diagnose.words import causes as cause_words

@@ -3,7 +3,6 @@
 Times are seconds from the start of the dive.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
@@ -30,7 +29,7 @@ from identify.report.plot import (
     stack,
 )
 from identify.report.traces import Traces
-from identify.words import count, fixed, significant, unit
+from identify.words import count, fixed, significant, speed_unit, unit
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -43,7 +42,6 @@ SPEEDS = (
     (YAW, "yaw, deg/s", float(np.degrees(1.0))),
 )
 GAP_PERIODS = 5.0
-REST_US = 1500.0
 OUTLIER_MEDIANS, OUTLIER_PERCENT = 4.0, 25.0
 
 HEIGHT_IN = 4.0
@@ -69,9 +67,17 @@ def broken_at_gaps(signal: Signal, column: int, longer_than_s: float) -> tuple[A
     return np.insert(time_s, after, time_s[after - 1]), np.insert(value, after, np.nan)
 
 
+def known_at(signal: Signal | None, column: int, time_s: Array) -> Array:
+    """A column at these times, linearly between its readings; NaN outside of its span and in its silences."""
+    if signal is None or not len(signal):
+        return np.full(len(time_s), np.nan)
+    line = signal_line(signal, column, 0.0)
+    return np.interp(time_s, line.x, line.y, np.nan, np.nan)
+
+
 def error_unit(dof: int) -> tuple[float, str]:
     """The unit in which an error of a velocity is shown, behind how many of it are 1 m/s or rad/s."""
-    return (1e3, "mm/s") if dof < 3 else (math.degrees(1.0), "deg/s")
+    return speed_unit("m/s" if dof < 3 else "rad/s")
 
 
 def time_panel(title: str, dive: Dive, lines: Sequence[Line], height_in: float = 1.7) -> Panel:
@@ -166,21 +172,16 @@ def speeds(dive: Dive) -> Figure | None:
 
 def zoomed_speeds(dive: Dive) -> tuple[Traces, ...]:
     """The same as curves to zoom, each speed with its reference where the vehicle says one; () without readings."""
-    clock = dive.velocity if dive.velocity is not None and len(dive.velocity) else dive.yaw_rate
-    if clock is None or len(clock) < 2:
+    measured_by = [signal for signal in (dive.velocity, dive.yaw_rate) if signal is not None and len(signal)]
+    time_s = np.unique(np.concatenate([signal.time_s for signal in measured_by] or [np.zeros(0)]))
+    if len(time_s) < 2:
         return ()
-    time_s, nothing = clock.time_s, np.full(len(clock), np.nan)
     panels: list[tuple[str, Array]] = []
     for dof, title, scale in SPEEDS:
         signal, column = (dive.velocity, dof) if dof < YAW else (dive.yaw_rate, 0)
-        measured = nothing
-        if signal is not None and len(signal) > 1:
-            values = signal.value if signal is clock else signal.at(time_s)
-            measured = scale * values[:, column]
-        known = dive.nu_ref is not None and len(dive.nu_ref) > 1
-        asked = scale * dive.nu_ref.held_at(time_s)[:, dof] if known and dive.nu_ref is not None else nothing
-        if np.isfinite(measured).any():
-            panels.append((title, np.array([measured, asked])))
+        curves = scale * np.array([known_at(signal, column, time_s), known_at(dive.nu_ref, dof, time_s)])
+        if np.isfinite(curves[0]).any():
+            panels.append((title, curves))
     if not panels:
         return ()
     caption = (
@@ -219,26 +220,27 @@ def depth(dive: Dive, water: Water) -> Figure | None:
     return Figure(f"depth {dive.name}", caption, stack([Panel(draw, 1.4)]))
 
 
-def thrusters(dive: Dive) -> Figure | None:
-    """Command of each thruster, in the order of the vehicle's file, all on the same scale; None without commands."""
+def thrusters(dive: Dive, rest_us: float) -> Figure | None:
+    """Command of each thruster, in the order of the vehicle's file, all on the same scale about that of rest; None
+    without commands."""
     pwm = dive.pwm
     if pwm is None or not len(pwm):
         return None
     lines = [signal_line(pwm, i, dive.span_s[0]) for i in range(pwm.value.shape[1])]
-    off = np.abs(pwm.value[np.isfinite(pwm.value)] - REST_US)
+    off = np.abs(pwm.value[np.isfinite(pwm.value)] - rest_us)
     reach = max(1.1 * float(off.max(initial=0.0)), 50.0)
 
     def panel(number: int, line: Line) -> Panel:
         def draw(box: "Axes") -> None:
             time_panel(f"thruster {number}, µs", dive, [line]).draw(box)
-            box.set_ylim(REST_US - reach, REST_US + reach)
-            box.axhline(REST_US, color=LIGHT["rule"], linewidth=0.8, zorder=1)
+            box.set_ylim(rest_us - reach, rest_us + reach)
+            box.axhline(rest_us, color=LIGHT["rule"], linewidth=0.8, zorder=1)
 
         return Panel(draw, 0.85)
 
     return Figure(
         f"thrusters {dive.name}",
-        "Thruster commands, pulse width in microseconds; most thrusters rest at 1500.",
+        f"Thruster commands, pulse width in microseconds; by the vehicle file they rest at {fixed(rest_us, 0)}.",
         stack([panel(number, line) for number, line in enumerate(lines, start=1)]),
     )
 

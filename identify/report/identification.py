@@ -11,6 +11,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, MASSES, OF_HULL
 from bridge.vehicle.config import Configuration, Water
 from bridge.vehicle.mode import word_of
+from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.comparison import Comparison, further_remarks
@@ -58,7 +59,9 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Tr
             sections.append(Section("Training", figures=drawn))
         if each.answer.innovations:
             sections.append(innovations_section(each.answer.innovations, each.dive.name))
-        sections.append(dive_section(each.dive, each.file.vehicle.water))
+        sections.append(
+            dive_section(each.dive, each.file.vehicle.water, each.file.vehicle.thrust_curve.neutral_us)
+        )
     methods = [answers[0].answer.method, *(comparison.second.method for comparison in answers[0].comparisons)]
     verdict = "; ".join(
         f"{each.dive.name} ({each.answer.configuration}): {len(each.answer.values())} of "
@@ -141,10 +144,10 @@ def _with_added_masses(truth: Mapping[str, float], configuration: Configuration)
     return {**truth, **{mass.name: mass.value for mass in added}}
 
 
-def dive_section(dive: Dive, water: Water) -> Section:
+def dive_section(dive: Dive, water: Water, rest_us: float = NEUTRAL_US) -> Section:
     """Content of a recording: path, speeds, depth, thruster commands, rates and gaps, notes."""
     start_s = dive.span_s[0]
-    drawn = (figures.track(dive), figures.depth(dive, water), figures.thrusters(dive))
+    drawn = (figures.track(dive), figures.depth(dive, water), figures.thrusters(dive, rest_us))
     in_files = figures.speeds(dive)
     source = f"{len(dive.runs)} recordings, drawn behind one another" if dive.runs else dive.source.name
     words = [

@@ -2,12 +2,12 @@
 network, no script, no further files.
 """
 
+import itertools
 import platform
 import re
 import unicodedata
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from itertools import starmap
 from pathlib import Path
 from urllib.parse import quote
 
@@ -246,7 +246,7 @@ def _section(section: Section, heading: str, anchor: str) -> str:
     curves = "".join(
         traces.render(trace, f"{anchor}-t{i}") for i, trace in enumerate(section.traces, start=1)
     )
-    judged = "".join(starmap(_judged, section.judged))
+    judged = "".join(itertools.starmap(_judged, section.judged))
     body = (
         _warning(section.warning) + judged + first + figures + "".join(others) + tables + curves
         or "<p>Nothing to show.</p>\n"
@@ -312,19 +312,24 @@ def _longest_part(words: str) -> int:
 def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
     """Write every figure into `folder`, which is created if missing. Raises LogError."""
     drawn = [figure for section in report.sections for figure in (*section.figures, *section.filed)]
-    taken: list[str] = []
     written: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for figure in drawn:
-            name = file_name(figure.name)
-            taken.append(name)
-            again = taken.count(name)
-            written += picture.write_files(figure.draw, folder / (f"{name}-{again}" if again > 1 else name))
+        for figure, name in zip(drawn, _apart([file_name(figure.name) for figure in drawn]), strict=True):
+            written += picture.write_files(figure.draw, folder / name)
     except OSError as error:
         reason = error.strerror or error
         raise LogError(f"{folder}: the figures can't be written ({reason}); choose another place") from None
     return tuple(written)
+
+
+def _apart(names: Sequence[str]) -> list[str]:
+    """The names, with a number behind each that is taken."""
+    taken: list[str] = []
+    for name in names:
+        numbered = (f"{name}-{number}" for number in itertools.count(2))
+        taken.append(next(each for each in itertools.chain((name,), numbered) if each not in taken))
+    return taken
 
 
 def file_name(words: str) -> str:

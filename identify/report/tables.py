@@ -120,7 +120,7 @@ def signals(dive: Dive) -> Table:
             SIGNAL_WORDS.get(name, name),
             cells.count(len(signal)),
             cells.significant(signal.rate_hz, unit="Hz") if len(signal) > 1 else MISSING,
-            cells.duration(float(np.diff(signal.time_s).max())) if len(signal) > 1 else MISSING,
+            _longest_gap(signal, dive),
             _unknown_share(signal),
         )
         for name, signal in dive.signals().items()
@@ -129,6 +129,13 @@ def signals(dive: Dive) -> Table:
     return Table(
         columns, rows, "Signals as recorded. Unknown: samples in which the vehicle said that it did not know."
     )
+
+
+def _longest_gap(signal: Signal, dive: Dive) -> Cell:
+    """The longest time between two samples, within each run of a dive made of several."""
+    runs_s = np.split(signal.time_s, np.searchsorted(signal.time_s, dive.breaks_s))
+    gaps_s = np.concatenate([np.diff(run_s) for run_s in runs_s])
+    return cells.duration(float(gaps_s.max())) if len(gaps_s) else MISSING
 
 
 def _unknown_share(signal: Signal) -> Cell:

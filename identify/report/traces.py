@@ -169,15 +169,21 @@ def _runs(time_s: Array) -> NDArray[np.intp]:
 
 
 def _path(across: Array, down: Array, block: NDArray[np.intp]) -> str:
-    """Path in relative steps, which are shorter than positions; a new start with every block and after a NaN."""
+    """Path in relative steps, which are shorter than positions; a new start with every block and after a NaN.
+
+    Each start has a step of none, as a lone reading has no other: a browser draws no further than a command without
+    numbers.
+    """
     known = np.isfinite(down)
     stretch = np.cumsum(~known)[known]
     x, y, block = np.round(across[known]).astype(int), np.round(down[known]).astype(int), block[known]
     starts = (np.diff(block, prepend=block[:1]) != 0) | (np.diff(stretch, prepend=stretch[:1]) != 0)
     starts[:1] = True
     dx, dy = np.diff(x, prepend=0).tolist(), np.diff(y, prepend=0).tolist()
-    parts = [f"M{x[i]} {y[i]}l" if begins else f"{dx[i]} {dy[i]}" for i, begins in enumerate(starts.tolist())]
-    return " ".join(parts).replace("l ", "l").replace(" M", "M").replace(" -", "-")
+    parts = [
+        f"M{x[i]} {y[i]}l0 0" if begins else f"{dx[i]} {dy[i]}" for i, begins in enumerate(starts.tolist())
+    ]
+    return " ".join(parts).replace(" M", "M").replace(" -", "-")
 
 
 def _times(span_s: float) -> str:

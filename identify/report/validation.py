@@ -11,13 +11,13 @@ from operator import attrgetter
 
 import numpy as np
 
-from bridge.arrays import Array, Vector3
+from bridge.arrays import Vector3
 from bridge.vehicle.coefficients import DOFS
 from identify.align import low_pass
 from identify.dive import Dive, Signal
 from identify.report import cells
 from identify.report.cells import Cell
-from identify.report.figures import TIME_TITLE, error_unit, signal_line, time_panel
+from identify.report.figures import TIME_TITLE, error_unit, known_at, signal_line, time_panel
 from identify.report.page import Figure, Report, Section, Table
 from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_panel, stack
 from identify.report.traces import MODES, Traces
@@ -169,15 +169,15 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
     speeds, errors, pid, fed = [], [], [], []
     for label, at_s in begun_s.items():
         dive, line = dives[label], error_line(dof, dives[label], lever_m)
-        speeds.append(scale * _at(measured_speed(dive, dof, lever_m), 0, at_s + time_s))
+        speeds.append(scale * known_at(measured_speed(dive, dof, lever_m), 0, at_s + time_s))
         within_s = at_s - dive.span_s[0] + time_s
         errors.append(
             nothing if line is None else scale * np.interp(within_s, line.x, line.y, np.nan, np.nan)
         )
-        pid.append(_at(dive.tau_pid, dof, at_s + time_s))
-        fed.append(_at(dive.tau_ff, dof, at_s + time_s))
+        pid.append(known_at(dive.tau_pid, dof, at_s + time_s))
+        fed.append(known_at(dive.tau_ff, dof, at_s + time_s))
     first, first_s = next(iter(begun_s.items()))
-    reference = scale * _at(dives[first].nu_ref, dof, first_s + time_s)
+    reference = scale * known_at(dives[first].nu_ref, dof, first_s + time_s)
     panels = (
         (f"speed, {shown}", np.array([*speeds, reference])),
         (f"error, {shown}", np.array([*errors, nothing])),
@@ -200,13 +200,6 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
             (*modes, "reference"),
         ),
     )
-
-
-def _at(signal: Signal | None, column: int, time_s: Array) -> Array:
-    """A column of the signal at these times; NaN where it says nothing."""
-    if signal is None or not len(signal):
-        return np.full(len(time_s), np.nan)
-    return np.interp(time_s, signal.time_s, signal.value[:, column], np.nan, np.nan)
 
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
@@ -367,7 +360,8 @@ def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[P
 
 
 def error_line(dof: int, dive: Dive, lever_m: Vector3) -> Line | None:
-    """Measured minus reference speed below CUTOFF_HZ, over the time from the dive's start; None if one is missing."""
+    """Measured minus reference speed below CUTOFF_HZ, over the time from the dive's start, NaN where either is silent;
+    None if one is missing."""
     measured, reference = measured_speed(dive, dof, lever_m), dive.nu_ref
     if measured is None or reference is None:
         return None
@@ -377,8 +371,9 @@ def error_line(dof: int, dive: Dive, lever_m: Vector3) -> Line | None:
     time_s = np.arange(begun_s, ended_s, 1.0 / rate_hz) if rate_hz else np.zeros(0)
     if len(time_s) < LEAST_SAMPLES or rate_hz <= 2 * CUTOFF_HZ:
         return None
-    error = measured.at(time_s)[:, 0] - reference.at(time_s)[:, dof]
-    return Line(time_s - dive.span_s[0], low_pass(error, rate_hz, CUTOFF_HZ))
+    error = low_pass(measured.at(time_s)[:, 0] - reference.at(time_s)[:, dof], rate_hz, CUTOFF_HZ)
+    known = np.isfinite(known_at(measured, 0, time_s)) & np.isfinite(known_at(reference, dof, time_s))
+    return Line(time_s - dive.span_s[0], np.where(known, error, np.nan))
 
 
 def tracking_section(

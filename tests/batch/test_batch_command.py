@@ -179,3 +179,17 @@ def test_a_scheduler_that_is_not_there_is_a_link_that_does_not_work(dives, tmp_p
     words = f"batch {dives} --vehicle ruvifist --out {tmp_path} --scheduler nonsense://1"
     assert cli.main(words.split()) == exit_codes.LINK
     assert "no Dask scheduler answers there" in capsys.readouterr().err
+
+
+def test_json_csv_and_page_are_written_though_the_reader_of_the_tables_has_left(
+    dives, done, tmp_path, monkeypatch
+):
+    _, kept, _ = done
+    out = shutil.copytree(kept, tmp_path / "out", ignore=shutil.ignore_patterns("all.*", "*.html"))
+
+    def left(*_):
+        raise BrokenPipeError
+
+    monkeypatch.setattr(batch, "tell", left)
+    command(dives, out, "--json", out / "all.json", "--csv", out / "all.csv")
+    assert {path.name for path in out.iterdir()} >= {"all.json", "all.csv", "trends.html"}

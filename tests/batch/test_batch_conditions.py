@@ -1,5 +1,6 @@
 """What each dive of a batch is judged by: its own conditions, and what was accepted before."""
 
+import json
 from pathlib import Path
 
 import batch_jobs
@@ -60,6 +61,16 @@ def test_each_dive_is_judged_under_its_own_conditions_and_it_is_said(jobs, capsy
     assert "loaded: +2 kg of ballast and payload on top of the vehicle file's dry mass." in said
     assert "loaded: no tether was out, so a tether is not among the causes." in said
     assert "loaded: +2 kg" in " ".join(Path("batch/trends.html").read_text(encoding="utf-8").split())
+
+
+def test_a_dive_whose_conditions_can_t_be_read_costs_that_dive_and_not_the_batch(jobs):
+    Path("dives/loaded/dive.yaml").write_text("conditions: [", encoding="utf-8")
+    given = jobs("--vehicle", "ruvifist", "--diagnose", "--json", "all.json")
+    assert {name for name, _ in given} == {"plain"}
+    dives = json.loads(Path("all.json").read_text(encoding="utf-8"))["dives"]
+    errors = {dive["dive"]: dive["error"] for dive in dives}
+    assert errors["plain"] == "was not asked"
+    assert errors["loaded"].startswith("dives/loaded/dive.yaml: ")
 
 
 def test_another_ballast_is_another_job_whose_result_is_not_taken_from_what_was_kept(jobs):

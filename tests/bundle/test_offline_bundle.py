@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import shutil
 import subprocess
 import sys
 import tarfile
@@ -210,6 +211,22 @@ def test_a_damaged_wheel_is_not_installed(here, tmp_path):
     next((folder / "wheels" / "bridge").iterdir()).write_bytes(b"damaged")
     done = installed(folder, str(tmp_path / "there"), PYTHON=python)
     assert done.returncode == 1
+    assert "a file is not as it was packed" in done.stderr
+
+
+def test_where_there_is_no_sha256sum_as_on_macos_the_sums_are_checked_by_shasum(here, tmp_path):
+    folder, python = here
+    tools = tmp_path / "tools"
+    tools.mkdir()
+    for name in ("sh", "dirname", "uname", "grep", "mkdir", "chmod"):
+        (tools / name).symlink_to(shutil.which(name))
+    shasum = f'#!/bin/sh\n[ "$1 $2" = "-a 256" ] && shift 2\nexec {shutil.which("sha256sum")} "$@"\n'
+    (tools / "shasum").write_text(shasum, encoding="ascii")
+    (tools / "shasum").chmod(0o755)
+    done = installed(folder, str(tmp_path / "there"), PYTHON=python, PATH=str(tools))
+    assert (done.returncode, done.stderr) == (0, "")
+    next((folder / "wheels" / "bridge").iterdir()).write_bytes(b"damaged")
+    done = installed(folder, str(tmp_path / "there"), PYTHON=python, PATH=str(tools))
     assert "a file is not as it was packed" in done.stderr
 
 

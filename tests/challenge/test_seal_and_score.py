@@ -385,3 +385,16 @@ def test_the_command_scores_a_folder_of_answers(sealed, tmp_path, capsys):
     assert main([*line, "--hash", "0" * 64]) == 2
     result = json.loads((tmp_path / "out.json").read_text(encoding="utf-8"))
     assert sum(rate["of"] for rate in result["rates"].values()) > 0
+
+
+def test_the_score_is_written_though_the_reader_of_its_tables_has_left(sealed, tmp_path, monkeypatch):
+    def left(*_):
+        raise BrokenPipeError
+
+    nothing = {"verdict": "no_gap", "gap": {"where": []}, "effects": []}
+    answer = nothing | {"shrink": {"heldout": None, "check": None}}
+    (tmp_path / "case_001.json").write_text(json.dumps(answer), encoding="utf-8")
+    monkeypatch.setattr("tui.show.put", left)
+    out = tmp_path / "out.json"
+    main(["challenge", "score", str(sealed[0]), "--answers", str(tmp_path), "--json", str(out)])
+    assert json.loads(out.read_text(encoding="utf-8"))["rates"]

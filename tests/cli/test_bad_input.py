@@ -294,3 +294,28 @@ def test_the_sidecar_and_the_json_may_not_be_one_file(capsys):
     line = ("identify", "d.tlog.gz", *VEHICLE_FILE, "--param", "new.param", "--json", "new.param.json")
     assert cli.main(line) == exit_codes.BAD_INPUT
     assert "--json names the same file" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("plan --vehicle ruvifist:hovering --out -", "--out -: can't go to standard output; name a file"),
+        (
+            "identify x.tlog --vehicle ruvifist --param -",
+            "--param -: can't go to standard output; name a file",
+        ),
+        (
+            "identify x.tlog --vehicle ruvifist --report -",
+            "--report -: can't go to standard output; name a file",
+        ),
+        ("export x.tlog --to mcap --out -", "--to mcap: is no text that can be shown; add --out FILE.mcap"),
+    ],
+)
+def test_a_file_that_is_no_text_for_a_pipe_is_not_written_under_the_name_of_a_dash(
+    complaint, monkeypatch, tmp_path, line, words
+):
+    monkeypatch.chdir(tmp_path)
+    code, sentence = complaint(*line.split())
+    assert code == exit_codes.BAD_INPUT
+    assert words in sentence
+    assert not any(tmp_path.iterdir())

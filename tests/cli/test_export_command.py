@@ -110,6 +110,16 @@ def test_what_did_not_fit_is_written_as_json_too(tmp_path, capsys):
     assert json.loads(capsys.readouterr().out)["target"] == "gazebo"
 
 
+def test_what_did_not_fit_is_written_though_the_reader_of_the_lines_has_left(tmp_path, monkeypatch):
+    def left(*_):
+        raise BrokenPipeError
+
+    monkeypatch.setattr("tui.show.say", left)
+    path, report = identified(tmp_path / "a.json"), tmp_path / "told.json"
+    export(path, "--vehicle", "ruvifist", "--to", "gazebo", "--out", tmp_path / "a.sdf", "--json", report)
+    assert json.loads(report.read_text(encoding="utf-8"))["target"] == "gazebo"
+
+
 def refused(capsys, *words):
     assert export(*words) == exit_codes.BAD_INPUT
     return capsys.readouterr().err

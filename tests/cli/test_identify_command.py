@@ -19,7 +19,7 @@ from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder, decode
 from bridge.wire.tlog import TlogWriter, read_tlog
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.identification import Identification, estimate
 from tui import cli
@@ -300,6 +300,27 @@ def test_validate_of_a_dive_with_nothing_to_compare_is_a_no_with_a_sentence(tmp_
     shown = capsys.readouterr()
     assert why in shown.err
     assert shown.out == ""
+
+
+def test_validate_says_which_speed_was_not_measured_where_the_reference_moved(monkeypatch, tmp_path, capsys):
+    time_s = np.arange(0.0, 60.0, 0.05)
+    reference = np.zeros((len(time_s), 14))
+    reference[200:800, 0] = 0.4
+    still, unlocked = np.zeros((len(time_s), 3)), np.full((len(time_s), 3), np.nan)
+    dive = Dive(
+        "dive-7",
+        tmp_path / "dive.tlog",
+        "1" * 64,
+        velocity=Signal(time_s, unlocked),
+        gyro=Signal(time_s, still),
+        nu_ref=Signal(time_s, reference),
+    )
+    monkeypatch.setattr("tui.commands.validate.read_dive", lambda *_: dive)
+    assert cli.main(["validate", "dive", "--vehicle", VEHICLE]) == exit_codes.NO
+    assert " ".join(capsys.readouterr().err.split()) == (
+        "dive-7: its reference (NU_REF) moves in surge, where no speed is measured, so nothing to compare; record "
+        "the DVL for surge and sway, a gyro for yaw"
+    )
 
 
 @pytest.mark.parametrize(("mass", "disagrees"), [(110.0, True), (100.5, False)])

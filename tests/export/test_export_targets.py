@@ -286,6 +286,7 @@ def test_a_current_flows_in_the_axes_of_each_simulator(rich, model):
 
 
 @pytest.mark.parametrize("target", ["gazebo", "stonefish"])
-def test_a_name_that_xml_would_stumble_over_is_read_back(model, target):
-    root = xml(replace(model, name='<sub> -- "1"'), target)
-    assert '<sub> -- "1"' in [element.get("name") for element in root.iter()]
+@pytest.mark.parametrize("name", ['<sub> -- "1"', "sub --- heavy"])
+def test_a_name_that_xml_would_stumble_over_is_read_back(model, target, name):
+    root = xml(replace(model, name=name), target)
+    assert name in [element.get("name") for element in root.iter()]

@@ -291,3 +291,10 @@ def test_only_what_a_thruster_drove_is_held_against_thrust(tmp_path, monkeypatch
     dive.pwm.value[:, 4:] = 1500.0
     monkeypatch.setattr("identify.run.vehicle_of_log.read_dive", lambda _path, **_of: dive)
     assert guess(tlog(tmp_path / "a.tlog", PLAIN)).judged == ("surge", "sway", "yaw")
+
+
+def test_thruster_commands_of_which_none_is_left_tell_nothing_of_the_motors():
+    time_s = np.arange(0.0, 60.0, 0.1)
+    speed = Signal(time_s, np.sin(time_s)[:, None] * np.ones(3))
+    dive = Dive("x", Path("x"), "x", velocity=speed, pwm=Signal(np.zeros(0), np.zeros((0, 8))))
+    assert miswired(dive, load_vehicle("bluerov2_heavy"), "heavy") is None

@@ -16,6 +16,7 @@ from identify.report.figures import autocorrelation, dead_reckon
 from identify.report.identification import dive_section, identification_section, innovations_section
 from identify.report.page import Report, write_report
 from identify.report.tables import nuisance_tables
+from identify.run.joined_runs import joined
 
 NAN = float("nan")
 
@@ -214,6 +215,23 @@ def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
     assert rows["thruster commands"][2] == "3.2 s"
 
 
+def test_thrusters_that_rest_at_another_pulse_are_drawn_about_that():
+    dive = straight_dive()
+    pushes = replace(dive, pwm=Signal(dive.pwm.time_s, np.full_like(dive.pwm.value, 1200.0)))
+    figure = next(f for f in dive_section(pushes, Water(), 1100.0).figures if f.name.startswith("thrusters"))
+    assert figure.caption.endswith("by the vehicle file they rest at 1100.")
+    assert [box.get_ylim() for box in boxes(figure)] == [(990.0, 1210.0)] * 2
+
+
+def test_the_time_between_two_runs_is_no_gap_of_a_signal():
+    runs = [replace(straight_dive(), name=name, sha256=name * 64) for name in "ab"]
+    (table,) = dive_section(joined(runs), Water()).tables
+    rows = {row[0]: row[1:] for row in table.shown}
+    assert rows["velocity over the bottom"][2] == "0.10 s"
+    assert rows["thruster commands"][2] == "3.2 s"
+    assert rows["feed-forward mode (FF_MODE)"][2] == "1.0 s"
+
+
 def test_a_dive_says_where_it_comes_from_its_mode_its_notes_and_counts():
     section = dive_section(straight_dive(), Water())
     assert section.heading == "Recording: dive-7"
@@ -241,6 +259,32 @@ def test_a_dive_s_speeds_can_be_zoomed_beside_their_reference_and_stay_a_figure_
         np.testing.assert_array_equal(measured, dive.velocity.value[:, dof])
         assert set(reference) == {float(dof)}
     assert [figure.name for figure in section.filed] == [f"speeds {dive.name}"]
+
+
+def test_no_speed_is_drawn_where_its_sensor_was_silent_and_each_as_long_as_it_spoke():
+    dive = straight_dive()
+    turned_s = 5.0 + np.concatenate([np.arange(0.0, 30.0, 0.02), np.arange(40.0, 250.0, 0.02)])
+    asked_s = 5.0 + np.arange(0.0, 100.0, 0.1)
+    dive = replace(
+        dive,
+        gyro=Signal(turned_s, np.tile([0.0, 0.0, 0.3], (len(turned_s), 1))),
+        nu_ref=Signal(asked_s, np.full((len(asked_s), 14), 0.5)),
+    )
+    (zoomed,) = dive_section(dive, Water()).traces
+    panels = {title.partition(",")[0]: curves for title, curves in zoomed.panels}
+    shown = {
+        "surge": panels["surge"][0],
+        "yaw": panels["yaw"][0],
+        "reference": panels["yaw"][1],
+    }
+    known_s = {name: zoomed.time_s[np.isfinite(curve)] for name, curve in shown.items()}
+    assert {name: round(float(of[-1])) for name, of in known_s.items()} == {
+        "surge": 200,
+        "yaw": 250,
+        "reference": 100,
+    }
+    assert not ((known_s["yaw"] > 30.0) & (known_s["yaw"] < 39.9)).any()
+    assert ((known_s["surge"] > 30.0) & (known_s["surge"] < 39.9)).any()
 
 
 def test_dead_reckoning_goes_north_when_turned_about_all_axes():

@@ -74,6 +74,15 @@ def test_a_vehicle_without_sensors_is_sent_to_no_simulation_but_to_the_instructi
     assert "By hand: " in written
 
 
+def test_the_answer_is_written_though_the_reader_of_the_tables_has_left(here, monkeypatch):
+    def left(*_):
+        raise BrokenPipeError
+
+    monkeypatch.setattr("tui.show.put", left)
+    main(["plan", "--vehicle", "ruvifist:hovering", "--json", "plan.json", *QUICK])
+    assert json.loads((here / "plan.json").read_text(encoding="utf-8"))["mission"] == "plan.yaml"
+
+
 def test_it_starts_from_an_identification(here, capsys):
     source = identified(here / "hovering.json", 0.001)
     assert main(["plan", "--vehicle", "ruvifist", "--after", str(source), "--json", "-", *QUICK]) == 0

@@ -63,6 +63,18 @@ def test_a_weak_thruster_is_named_by_its_number_with_what_is_left_of_its_thrust(
     assert gain.high95 < 0.9
 
 
+def test_a_run_that_can_t_tell_two_weak_thrusters_apart_names_both_and_says_so(sound, usual):
+    judged = answer(sound, usual, seed=6, count=1, gains=(1.0, 0.85, 1.0, 1.0))
+    assert judged.finding is not None
+    assert judged.verdict == "ambiguous"
+    assert {judged.finding.cause.effect.number, *judged.finding.other_thrusters} == {2, 3}
+    assert sentences(judged)[0].startswith("Weak thruster 3 or weak thruster 2 explains the gap: gain 0.7")
+    assert plain(judged)["effects"][0]["other_thrusters"] == [2]
+    alone = judged.evidence["weak_thruster of thruster 3"], judged.evidence["weak_thruster of thruster 2"]
+    weighed = np.logaddexp.reduce(alone) - np.logaddexp.reduce([0.0, *judged.evidence.values()])
+    assert judged.finding.probability == pytest.approx(np.exp(weighed))
+
+
 def test_the_more_runs_the_smaller_the_fault_that_shows(sound, usual):
     gains = (0.9, 1.0, 1.0, 1.0)
     few, many = (answer(sound, usual, count=count, gains=gains) for count in (2, 60))

@@ -44,6 +44,13 @@ def test_each_figure_is_two_files_and_one_name_twice_is_told_apart(tmp_path):
         write_figures(tmp_path / "file" / "f", Report("t", "", "", (first,)))
 
 
+def test_a_figure_does_not_take_the_place_of_another_whose_name_ends_in_a_number(tmp_path):
+    drawn = tuple(figure(name) for name in ("depth", "depth", "depth 2", "depth"))
+    written = write_figures(tmp_path, Report("t", "", "", (Section("a", figures=drawn),)))
+    stems = [path.stem for path in written if path.suffix == ".svg"]
+    assert stems == ["depth", "depth-2", "depth-2-2", "depth-3"]
+
+
 @pytest.mark.parametrize(
     ("words", "name"),
     [

@@ -42,6 +42,15 @@ def test_a_curve_breaks_where_nothing_is_known_and_one_of_which_nothing_is_known
     assert [(kind, path.count("M")) for kind, path in paths] == [("mode0", 1), ("reference", 2)]
 
 
+def test_after_a_lone_reading_between_two_gaps_the_curve_goes_on():
+    wave = np.sin(0.04 * np.arange(500))
+    wave[[100, 102, 499]] = np.nan
+    alone = replace(traces(), panels=(("speed", wave[None]),))
+    (path,) = re.findall(r'<path class="curve curve0" d="(M[^"H]*)"', render(alone, "a"))
+    # A browser draws a path as far as its first command without numbers, and no further.
+    assert [len(re.findall(r"-?\d+", part)) for part in re.split("[Ml]", path)[1:]] == [2, 200, 2, 2, 2, 792]
+
+
 def test_an_hour_in_six_degrees_of_freedom_stays_below_a_megabyte():
     long = traces(90_000, 6)
     html = render(replace(long, block=np.arange(90_000) // 90_000), "a")

@@ -166,6 +166,21 @@ def test_a_dive_too_short_or_without_a_velocity_has_no_line_of_its_error():
     assert error_line(0, dive.between(0.0, 0.5), AT_ORIGIN) is None
 
 
+def test_neither_speed_nor_error_is_drawn_through_a_silence_of_the_dvl():
+    dive = moving("pid", 0.5)
+    spoke = (dive.velocity.time_s < 12.0) | (dive.velocity.time_s > 28.0)
+    silent = replace(dive, velocity=Signal(dive.velocity.time_s[spoke], dive.velocity.value[spoke]))
+    line = error_line(0, silent, AT_ORIGIN)
+    assert np.isnan(line.y[(line.x > 12.1) & (line.x < 27.9)]).all()
+    assert np.isfinite(line.y[(line.x < 11.9) | (line.x > 28.1)]).all()
+    surge = made({"off": silent}).sections[1]
+    curves = dict(surge.traces[0].panels)
+    # The curves begin 3 s before the reference moves, 5 s into the dive.
+    at_s = surge.traces[0].time_s + 2.0
+    for curve in (curves["speed, mm/s"][0], curves["error, mm/s"][0]):
+        assert np.isnan(curve[(at_s > 12.2) & (at_s < 27.8)]).all()
+
+
 def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     judged = Raising(
         Mode.OFF, Mode.BOTH, (Criterion("surge mass", False, "2.00 times, 0.71 to 1.41", "dive again"),)

@@ -276,9 +276,26 @@ def test_what_is_no_diagnosis_is_none(data):
     assert answer(data) is None
 
 
+def test_a_phase_that_no_diagnosis_knows_makes_it_none():
+    gap = diagnosis()["gap"]
+    strange = [gap["where"][0] | {"phase": "loitering"}, *gap["where"][1:]]
+    assert diagnosed(gap=gap | {"where": strange}) is None
+
+
+@pytest.mark.parametrize("unknown", ["before", "after", "floor"])
+def test_a_drift_that_is_not_known_is_shown_as_that(unknown):
+    shrink = diagnosis()["shrink"]
+    surge = shrink["check"]["by_axis"]["surge"] | {unknown: None}
+    by_axis = shrink["check"]["by_axis"] | {"surge": surge}
+    shown = diagnosed(shrink=shrink | {"check": shrink["check"] | {"by_axis": by_axis}})
+    lines = plain(diagnose.how_far(shown, 110))
+    assert "—" in next(line for line in lines if line.startswith("  surge"))
+
+
 def test_no_cause_and_nothing_next_is_said():
     none = diagnosed(
         effects=[],
+        gap=diagnosis()["gap"] | {"before": 1.1},
         verdict="no_gap",
         told=diagnosis()["told"] | {"causes": [], "next": [], "notes": []},
     )
@@ -286,6 +303,13 @@ def test_no_cause_and_nothing_next_is_said():
     assert plain(diagnose.which(none, 80))[0] == "No candidate of the library is accepted as a cause."
     assert not set("░▒▓█▏") & set("".join(plain((*diagnose.which(none, 80), *diagnose.how_far(none, 80)))))
     assert plain(diagnose.what_next(none, 80)) == ["Nothing is left to split: dive on."]
+
+
+def test_a_drift_that_nothing_explains_is_not_called_no_gap_where_it_lies():
+    gap = {"verdict": "no_gap", "effects": [], "told": diagnosis()["told"] | {"causes": []}}
+    for before, words in ((1.3, "The model drifts further than noise"), (1.1, "There is no gap")):
+        shown = diagnosed(**gap, gap=diagnosis()["gap"] | {"before": before})
+        assert plain(diagnose.where(shown, 120))[0].startswith(words)
 
 
 @pytest.mark.parametrize(("after", "then"), [(1.1, "upload what was found, and dive on"), (1.6, "dive on")])

@@ -1,6 +1,7 @@
 """The screen Dives: its list, its keys, its lines, and which dive is meant."""
 
 import math
+import shutil
 import threading
 from dataclasses import replace
 from pathlib import Path
@@ -267,16 +268,35 @@ def test_the_mark_moves_to_the_last_of_the_dives_that_ended_while_another_screen
 
 def test_a_note_is_written_into_the_dive_and_stays_in_its_line_where_it_could_not_be(tmp_path):
     folder = tmp_path / "2026-11-21T0352Z-hovering"
+    folder.mkdir()
+    DiveFolder(folder).note("new propellers\nat the quay")
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
+
+    def take_folder(_):
+        shutil.rmtree(folder)
 
     def make_folder(_):
         folder.mkdir()
 
-    failed = ("2", "n", shows(FormScreen), "!", "enter", Sees("can't be written"))
+    failed = ("2", "n", shows(FormScreen), take_folder, "!", "enter", Sees("can't be written"))
     kept = (make_folder, "enter", shows(DivesScreen))
     played(desk(verbs), *failed, *kept, "n", "x", "escape", shows(DivesScreen))
     assert DiveFolder(folder).about().notes == "new propellers at the quay!"
     assert len(verbs.words) == 3  # read again each time, so that the list has the note
+
+
+def test_a_note_that_another_program_wrote_since_the_list_was_read_is_the_one_that_is_changed(tmp_path):
+    folder = tmp_path / "2026-11-21T0352Z-hovering"
+    folder.mkdir()
+    verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder), "notes": "calm"}]})
+
+    def noted(_):
+        DiveFolder(folder).note("calm; a line in the propeller")
+
+    played(
+        desk(verbs), "2", Sees("noted: calm"), noted, "n", shows(FormScreen), "!", "enter", shows(DivesScreen)
+    )
+    assert DiveFolder(folder).about().notes == "calm; a line in the propeller!"
 
 
 def lines_of_form(app):

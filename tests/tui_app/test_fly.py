@@ -10,7 +10,7 @@ from made_view import FixedViews, picture, view
 from screen_text import WIDE, Lacks, Sees, played, said
 
 from bridge.reports import FLIGHT, SAID, Report
-from tui.app.screens.fly import FLY
+from tui.app.screens.fly import FLY, mistakes
 
 LIMITS = (
     "shallowest_m: 0.3\ndeepest_m: 4\naltitude_m: 0\ndistance_m: 4\nspeed_m_s: 0.8\ntilt_deg: 25\nbattery_v: 13\n"
@@ -103,6 +103,12 @@ def test_limits_that_changed_since_they_were_read_are_not_flown(limits):
     (notice,) = on(made, "p", change, "f", *"FLY", "enter")
     assert notice == "nothing was sent: plan or limits are others by now; plan again"
     assert flights(made) == []
+
+
+def test_a_limit_file_whose_name_no_folder_can_hold_is_a_mistake_of_the_form():
+    wrong = mistakes({"limits": "a" * 300, "to": "3", "minutes": "5", "know": ""})
+    assert list(wrong) == ["limits"]
+    assert wrong["limits"].endswith("; name another")
 
 
 def test_a_plan_that_another_program_wrote_over_the_one_shown_is_not_flown():

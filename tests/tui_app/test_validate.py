@@ -112,6 +112,12 @@ def test_curves_that_are_of_no_dive_are_no_validation(change):
     assert runs(data) is None
 
 
+def test_errors_in_a_unit_of_no_axis_are_no_validation():
+    data = validation()
+    data[0]["axes"][0]["unit"] = "furlongs"
+    assert runs(data) is None
+
+
 def test_a_criterion_is_passed_or_failed_or_not_known():
     data = validation()
     data[0]["raising"]["criteria"][0]["passed"] = [[]]
@@ -167,6 +173,12 @@ def test_a_yaw_rate_is_told_in_degrees():
     assert lines[head].split()[:2] == ["yaw,", "deg/s"]
     assert lines[head + 1].split()[1] == "5.32"
     assert lines[head + 6].split()[:3] == ["steady", "|PID|,", "N"]
+
+
+@pytest.mark.parametrize(("count", "cells"), [(1, 48), (2, 48), (3, 58), (3, 80)])
+def test_each_dive_s_name_stands_above_its_own_numbers_on_a_phone_too(count, cells):
+    head, *rows = validate.error_lines(runs(validation())[:count], DIVE, cells)[:5]
+    assert {width(row) for row in rows} == {width(head)}
 
 
 @pytest.mark.parametrize("change", [{"axis": "x"}, {"axis": []}, {"rms": "much"}], ids=str)

@@ -389,6 +389,11 @@ def test_the_gap_shows_every_axis_where_there_is_room_and_else_the_worst():
     assert ("  3.27", "bad") in rows[1]
 
 
+@pytest.mark.parametrize("cells", range(34, 64))
+def test_no_figure_of_the_gap_is_cut_off_where_the_room_is_narrow(cells):
+    assert all(width(line) <= cells for line in gap_lines(GAP, "", cells))
+
+
 def test_the_gap_of_a_vehicle_that_is_not_heard_is_dated_and_has_no_figures():
     assert plain(gap_lines(GAP, "", 34, 3.0)) == ["MODEL ─ yaw 3.27, floor 0.17 deg/s"]
     assert plain(gap_lines(GAP, "", 34, 190.0)) == ["MODEL ──── last compared 3 min ago"]

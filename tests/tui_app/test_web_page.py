@@ -21,7 +21,7 @@ NAME, SITE = "does not answer to the name", "may not connect here; open http://l
         ("boat.example.org:8000", (None,), ""),
         *((host, (None, f"http://{host}"), NAME) for host in
           ("evil.example", "evil.example:8000", "", "[::1", "localhost.evil.example")),
-        ("localhost:8000", ("https://evil.example", "http://localhost:9", "null", ""), SITE),
+        ("localhost:8000", ("https://evil.example", "http://localhost:9", "null", "", "http://["), SITE),
     ],
     ids=str,
 )  # fmt: skip

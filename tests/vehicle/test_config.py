@@ -158,6 +158,12 @@ def test_a_folder_of_the_same_name_hides_neither_vehicle_nor_column_map(tmp_path
     assert map_file("bolt") == CONFIGS / "columns" / "bolt.yaml"
 
 
+@pytest.mark.parametrize("name", ["a" * 300, f"{'a' * 300}:hovering"])
+def test_a_name_that_no_folder_can_hold_is_refused_with_a_sentence(name):
+    with pytest.raises(ConfigError, match="give another file"):
+        load_vehicle(name)
+
+
 def test_of_what_is_shipped_the_truth_of_a_simulated_vehicle_is_no_vehicle():
     assert shipped_vehicles() == ["ardusub_vectored", "bluerov2", "bluerov2_heavy", "bolt", "ruvifist"]
 

@@ -12,10 +12,20 @@ from bridge.plain import from_json
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.forecast import ForecastRow
-from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
+from identify.diagnose.shrink.shrunk import CHANCE, LIKELY, AxisShrink, Shrink
 from identify.validation.against_forecast import rows_words
 from tui.app.jobs import real
 
+PHASES: Final = {
+    "rest": "at rest",
+    "accelerating": "speeds up",
+    "decelerating": "slows",
+    "steady": "steady",
+    "turning": "turns",
+    "reversing": "reverses",
+}
+"""The phases of motion of a diagnosis, in words."""
+FITTED: Final = "this dive, which was fitted"
 OF_DRIFT: Final = ("after", "heldout", "by_axis")
 """Drifts in numbers."""
 
@@ -79,6 +89,11 @@ class Answer:
         return any(shrink.after > shrink.before for shrink in self.shrinks.values())
 
     @property
+    def drifts(self) -> bool:
+        """Whether the model drifts further than noise drives it, whatever the verdict."""
+        return self.shrinks[FITTED].before > 1.0 + CHANCE
+
+    @property
     def changed(self) -> bool:
         """Whether something that was accepted before has likely changed."""
         causes = zip(self.words.causes, self.probabilities, strict=True)
@@ -119,10 +134,12 @@ def _answer(data: Mapping[str, Any]) -> Answer:
         shrinks[f"check dive {words.check}"] = _shrink(data["shrink"]["check"])
     if data["shrink"]["heldout"] is not None:
         shrinks["pieces held out"] = _shrink(data["shrink"]["heldout"] | worded["heldout"])
-    shrinks["this dive, which was fitted"] = _shrink(of_dive)
+    shrinks[FITTED] = _shrink(of_dive)
     probabilities = tuple(float(effect["probability"]) for effect in data["effects"])
     if len(probabilities) != len(words.causes):
         raise ValueError("causes without words")
+    if any(entry["phase"] not in PHASES for entry in gap["where"]):
+        raise ValueError("a phase that is none")
     return Answer(
         verdict=str(data["verdict"]),
         shares={(str(entry["dof"]), str(entry["phase"])): float(entry["share"]) for entry in gap["where"]},

@@ -9,12 +9,13 @@ from pathlib import Path
 from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.clock import Clock
+from bridge.errors import ConfigError
 from bridge.links.addresses import of_link
 from bridge.text import say
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.batch.drift import Drift, EffectDrift, chance_words, drift_of, effect_drifts
-from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Result, job_for
+from identify.batch.jobs import DIAGNOSE, IDENTIFY, Against, Recording, Result, job_for
 from identify.batch.page import MARKS, batch_report, cause_words, doubt_mark
 from identify.batch.recordings import Selection, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
@@ -23,6 +24,7 @@ from identify.estimators.table import METHODS
 from identify.ingest.mapping.column_map import map_file
 from identify.report.page import Read, with_provenance, write_report
 from identify.run.diagnose import Before
+from identify.run.recordings import Recording as Conditioned
 from identify.words import utc, with_interval
 from tui import show
 from tui.accept_diagnosis import before_named
@@ -35,6 +37,9 @@ PAGE, KEPT = "trends.html", "results.jsonl"
 PAPER = "bench.reproduce.paper"
 """Module of the source paper's method, offered as `paper`."""
 
+
+RuledOut = tuple[tuple[str, ...], tuple[str, ...]]
+"""Effects that the conditions of a dive rule out, and the reasons."""
 
 VERBS = {IDENTIFY: "identify", DIAGNOSE: "diagnose"}
 
@@ -53,15 +58,15 @@ def run(arguments: argparse.Namespace) -> int:
     method = PAPER if arguments.method == "paper" else arguments.method
     kinds = (IDENTIFY, DIAGNOSE) if arguments.diagnose else (IDENTIFY,)
     accepted = _accepted(arguments, file)
+    readable, damaged = _with_conditions(recordings.recordings)
     remarks: dict[str, None] = {}
     results: dict[str, list[Result]] = {DIAGNOSE: []}
     try:
         for kind in kinds:
             jobs = []
-            for recording in recordings.recordings:
-                here = recording_at(recording.path)
+            for recording, here, (effects, reasons) in readable:
                 dived, changes = here.under_conditions(file)
-                without, why = ruled_out([recording.path]) if kind == DIAGNOSE else ((), ())
+                without, why = (effects, reasons) if kind == DIAGNOSE else ((), ())
                 remarks |= dict.fromkeys((*changes, *why))
                 jobs.append(
                     job_for(
@@ -82,8 +87,25 @@ def run(arguments: argparse.Namespace) -> int:
         raise
     finally:
         cache.close()
-    rows = rows_of([*results[IDENTIFY], *recordings.unreadable], results[DIAGNOSE])
+    rows = rows_of([*results[IDENTIFY], *recordings.unreadable, *damaged], results[DIAGNOSE])
     return finish(arguments, file, recordings, rows, tuple(f"{remark}." for remark in remarks))
+
+
+def _with_conditions(
+    recordings: Sequence[Recording],
+) -> tuple[list[tuple[Recording, Conditioned, RuledOut]], list[Result]]:
+    """The recordings with the conditions of their dives and the effects that these rule out; failed results for those
+    whose conditions can't be read."""
+    readable, damaged = [], []
+    for recording in recordings:
+        try:
+            readable.append((recording, recording_at(recording.path), ruled_out([recording.path])))
+        except ConfigError as error:
+            place = str(recording.path)
+            damaged.append(
+                Result(place, recording.name, place, recording.sha256, error=str(error), final=False)
+            )
+    return readable, damaged
 
 
 def _accepted(arguments: argparse.Namespace, file: VehicleFile) -> dict[str, Before] | None:
@@ -162,43 +184,48 @@ def finish(
     """Show and write the results of the batch, with `remarks` on the dives' conditions, and return the exit code."""
     drifts = {name: drift_of(group) for name, group in by_configuration(rows).items()}
     effects = effects_of(rows)
-    tell(arguments, recordings, rows, drifts, effects)
-    show.say(show.words(), *remarks)
     twins = [(str(twin.path), twin.why, str(twin.counted)) for twin in recordings.twins]
     with Files() as files:
-        if arguments.csv is not None:
-            files.attempt(lambda: show.write_text(to_csv(rows), arguments.csv, "the CSV "))
-        files.json(
-            {
-                "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
-                "method": arguments.method,
-                "dives": [to_json(row) for row in rows],
-                "conditions": list(remarks),
-                "counted_once": [
-                    {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
-                ],
-                "trends": drifts_to_json(drifts),
-                "effects": effects_to_json(effects),
-            },
-            arguments.json,
-        )
-        page = Path(arguments.out) / PAGE
-        report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts, effects, remarks)
-        read = [
-            Read(
-                row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s
+        # The page comes last because drawing takes long. It is written even if the reader of the tables has left.
+        try:
+            files.json(
+                {
+                    "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
+                    "method": arguments.method,
+                    "dives": [to_json(row) for row in rows],
+                    "conditions": list(remarks),
+                    "counted_once": [
+                        {"recording": path, "why": why, "same_as": counted} for path, why, counted in twins
+                    ],
+                    "trends": drifts_to_json(drifts),
+                    "effects": effects_to_json(effects),
+                },
+                arguments.json,
             )
-            for row in rows
-            if row.sha256
-        ]
-        page_report = with_provenance(report, read, file, settings(arguments))
-        if files.attempt(partial(write_report, page, page_report)):
-            show.say(show.words(), f"trends: {page}")
+            if arguments.csv is not None:
+                files.attempt(lambda: show.write_text(to_csv(rows), arguments.csv, "the CSV "))
+            tell(arguments, recordings, rows, drifts, effects)
+            show.say(show.words(), *remarks)
+        finally:
+            page = Path(arguments.out) / PAGE
+            report = batch_report(file.vehicle.name, arguments.method, rows, twins, drifts, effects, remarks)
+            page_report = with_provenance(report, _read(rows), file, settings(arguments))
+            if files.attempt(partial(write_report, page, page_report)):
+                show.say(show.words(), f"trends: {page}")
     answers = [bool(row.values) for row in rows]
     answers += [not row.causes.error for row in rows if row.causes is not None]
     if all(answers):
         return files.code(exit_codes.DONE)
     return files.code(exit_codes.PARTLY if any(answers) else exit_codes.NO)
+
+
+def _read(rows: Sequence[Row]) -> list[Read]:
+    """The recordings that could be read."""
+    return [
+        Read(row.dive, Path(row.source), row.sha256, math.nan if row.duration_s is None else row.duration_s)
+        for row in rows
+        if row.sha256
+    ]
 
 
 def effects_of(rows: Sequence[Row]) -> dict[str, tuple[EffectDrift, ...]]:

@@ -27,14 +27,6 @@ def _seal(arguments: argparse.Namespace) -> int:
             Path(arguments.out), arguments.cases, arguments.seed, secrets.token_hex(32), tell, without
         )
     key, published = (str(path(Path(arguments.out))) for path in (key_path, hash_path))
-    show.say(console, f"{arguments.cases} cases in {arguments.out}; SHA-256 of the locked answers: {digest}")
-    show.say(
-        console,
-        f"Publish that hash, which is also in {published}, before anything is diagnosed; keep {key}, which opens the "
-        "answers, from who is judged.",
-    )
-    if without:
-        show.say(console, f"leave out of the library: {', '.join(without)}")
     sealed = {
         "cases": arguments.cases,
         "out": arguments.out,
@@ -43,6 +35,14 @@ def _seal(arguments: argparse.Namespace) -> int:
         "without": without,
     }
     show.write_json(sealed, arguments.json)
+    show.say(console, f"{arguments.cases} cases in {arguments.out}; SHA-256 of the locked answers: {digest}")
+    show.say(
+        console,
+        f"Publish that hash, which is also in {published}, before anything is diagnosed; keep {key}, which opens the "
+        "answers, from who is judged.",
+    )
+    if without:
+        show.say(console, f"leave out of the library: {', '.join(without)}")
     return exit_codes.DONE
 
 
@@ -74,6 +74,7 @@ def _score(arguments: argparse.Namespace) -> int:
             f"{folder}: holds no answer to any case of {arguments.folder}; name them case_001.json"
         )
     result = score(truths, answers)
+    show.write_json(_plain(result), arguments.json)
     _show(result, arguments.json)
     if not arguments.hash:
         show.say(
@@ -81,7 +82,6 @@ def _score(arguments: argparse.Namespace) -> int:
             "No --hash was given: the answers are held against the hash that lies beside them alone, which whoever "
             "changes them can change, too.",
         )
-    show.write_json(_plain(result), arguments.json)
     return exit_codes.DONE if not result.unanswered else exit_codes.PARTLY
 
 

@@ -52,11 +52,6 @@ def run(arguments: argparse.Namespace) -> int:
             sys.stdout.write(show.harmless(exported.text))
         else:
             files.text(Path(arguments.out), exported.text)
-        show.say(console, *(f"warning: {line}" for line in doubt_lines(doubted, tuple(doubted))))
-        if exported.left_out:
-            show.say(console, f"what did not fit into {arguments.to} as it is:")
-        show.say(console, *(f"{part.what}: {part.reason}" for part in exported.left_out))
-        show.say(console, *(f"note: {note}" for note in exported.notes))
         files.json(
             {
                 "target": arguments.to,
@@ -68,6 +63,11 @@ def run(arguments: argparse.Namespace) -> int:
             },
             arguments.json,
         )
+        show.say(console, *(f"warning: {line}" for line in doubt_lines(doubted, tuple(doubted))))
+        if exported.left_out:
+            show.say(console, f"what did not fit into {arguments.to} as it is:")
+        show.say(console, *(f"{part.what}: {part.reason}" for part in exported.left_out))
+        show.say(console, *(f"note: {note}" for note in exported.notes))
     return files.code(exit_codes.DONE)
 
 
@@ -138,7 +138,7 @@ MCAP: Final = "mcap"
 
 def export_dive(arguments: argparse.Namespace) -> int:
     """Write a dive's signals, with --vehicle also its model's velocities. Raises UsageError, LogError, FitError."""
-    if arguments.out is None:
+    if arguments.out in (None, STANDARD_OUTPUT):
         raise UsageError("--to mcap: is no text that can be shown; add --out FILE.mcap")
     columns = column_map_for(arguments.columns, (arguments.file,))
     dive, made, notes = _signals(arguments, columns)

@@ -56,23 +56,23 @@ def run(arguments: argparse.Namespace) -> int:
     text = mission_text(proposal, title, command, tank)
     with Files() as files:
         kept = files.text(Path(arguments.out), text)
-        console = show.results(arguments.json)
-        show.put(console, manoeuvre_table(f"plan for {title}", proposal))
-        show.put(console, interval_table(proposal, knowledge))
         marked = legend(proposal, knowledge)
-        show.say(console, *marked)
         remarks = tuple(
             dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge)))
         )
-        show.say(console, *(f"note: {sentence}" for sentence in remarks[len(marked) :]))
-        if kept:
-            simulation = f"; dive it in simulation: {command}" if command else ""
-            show.say(console, f"mission, with how to dive it by hand: {arguments.out}{simulation}")
         mission = arguments.out if kept else None
         files.json(
             {**planned.to_json(), "after": arguments.after, "mission": mission, "notes": list(remarks)},
             arguments.json,
         )
+        console = show.results(arguments.json)
+        show.put(console, manoeuvre_table(f"plan for {title}", proposal))
+        show.put(console, interval_table(proposal, knowledge))
+        show.say(console, *marked)
+        show.say(console, *(f"note: {sentence}" for sentence in remarks[len(marked) :]))
+        if kept:
+            simulation = f"; dive it in simulation: {command}" if command else ""
+            show.say(console, f"mission, with how to dive it by hand: {arguments.out}{simulation}")
     return files.code(exit_codes.DONE)
 
 

@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.console import Console
 
 from bridge import exit_codes
@@ -15,7 +16,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.params.last_accepted import in_force
-from identify.dive import Dive, Kind
+from identify.dive import Dive, Kind, Signal
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
 from identify.validation.against_forecast import (
@@ -26,8 +27,16 @@ from identify.validation.against_forecast import (
     verdict_of,
 )
 from identify.validation.raising import BASELINE, MARKS, Raising
-from identify.validation.tracking import METHOD, Row, TrackingErrors, whole_rows
-from identify.words import speed
+from identify.validation.tracking import (
+    AXES,
+    LEAST_SPEED,
+    METHOD,
+    Row,
+    TrackingErrors,
+    measured_speed,
+    whole_rows,
+)
+from identify.words import axes_named, speed
 from tui import show
 from tui.files import Files
 from tui.parameter_files import foretelling_of, sidecar_of_file
@@ -199,10 +208,25 @@ def _why_nothing(dive: Dive) -> str:
         return "has no reference (NU_REF), so nothing to compare with; record the dive of a mission"
     if dive.velocity is None and dive.gyro is None and dive.fog is None:
         return "has neither velocity nor rates, so nothing to compare; record the DVL or a gyro"
+    unmeasured = [dof for dof in AXES if _moves(dive.nu_ref, dof) and not _is_measured(dive, dof)]
+    if unmeasured:
+        return (
+            f"its reference (NU_REF) moves in {axes_named(unmeasured)}, where no speed is measured, so nothing to "
+            "compare; record the DVL for surge and sway, a gyro for yaw"
+        )
     return (
         f"its reference (NU_REF) does not move in the {dive.duration_s:.1f} s recorded, so nothing to compare; "
         "record longer"
     )
+
+
+def _moves(reference: Signal, dof: int) -> bool:
+    return bool((np.abs(reference.value[:, dof]) > LEAST_SPEED).any())
+
+
+def _is_measured(dive: Dive, dof: int) -> bool:
+    measured = measured_speed(dive, dof, (0.0, 0.0, 0.0))
+    return measured is not None and bool(np.isfinite(measured.value).any())
 
 
 def _lags(errors: dict[str, TrackingErrors]) -> Table:

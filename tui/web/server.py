@@ -98,7 +98,7 @@ def refusal(host: str, origin: str | None, served: str) -> str:
         return (
             f"this page does not answer to the name '{name}'; open it by its address, or by a name in .local"
         )
-    if origin is not None and urlsplit(origin).netloc.lower() != host.lower():
+    if origin is not None and _netloc(origin) != host.lower():
         return f"the page of {origin} may not connect here; open http://{host}/ itself"
     return ""
 
@@ -126,6 +126,14 @@ def _name(host: str) -> str:
     """A `Host` header without its port."""
     try:
         return urlsplit(f"//{host}").hostname or ""
+    except ValueError:
+        return ""
+
+
+def _netloc(origin: str) -> str:
+    """Host and port of an `Origin` header; "" for one that is no address."""
+    try:
+        return urlsplit(origin).netloc.lower()
     except ValueError:
         return ""
 

@@ -206,7 +206,7 @@ def _exchanged(pair: tuple[int, ...], count: int) -> Order:
 
 
 def _driven_by(dive: Dive, file: VehicleFile, configuration_name: str) -> list[_Driven]:
-    if dive.thruster_commands is None:
+    if dive.thruster_commands is None or not len(dive.thruster_commands):
         return []
     thrust = asked_thrusts(dive, file, configuration_name)
     if thrust.value.shape[1] < len(file.vehicle.configurations[configuration_name].thrusters):

@@ -2,8 +2,8 @@
 
 import math
 
-from identify.diagnose.shrink.shrink import CHANCE, LEAST_GAP
-from identify.diagnose.shrink.shrunk import Shrink
+from identify.diagnose.shrink.shrink import LEAST_GAP
+from identify.diagnose.shrink.shrunk import CHANCE, Shrink
 from identify.words import fixed, significant
 
 LEAST_PART = 0.5

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.result import Prediction
-from identify.diagnose.shrink.shrunk import AxisShrink, Shrink
+from identify.diagnose.shrink.shrunk import CHANCE, AxisShrink, Shrink
 
 HORIZON_S = 5.0
 
@@ -21,10 +21,6 @@ RESAMPLED, CONFIDENCE = 400, 0.9
 LEAST_GAP = 0.1
 """Drift above the floor that leaves a gap to shrink; and the least change of drift in a degree of freedom that counts
 as closing one."""
-
-CHANCE = 0.2
-"""Chance deviation of a five-minute dive's drift from its floor: two standard errors of an rms over some sixty windows,
-and the floor's own uncertainty."""
 
 SYMBOLS = "uvwpqr"
 

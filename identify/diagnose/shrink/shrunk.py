@@ -3,6 +3,10 @@
 import math
 from dataclasses import dataclass
 
+CHANCE = 0.2
+"""Chance deviation of a five-minute dive's drift from its floor: two standard errors of an rms over some sixty windows,
+and the floor's own uncertainty."""
+
 LIKELY = 0.5
 """A less probable cause is called possible: neither asserted nor accepted."""
 

@@ -15,8 +15,7 @@ from bridge.vehicle.config import VehicleFile
 from identify.diagnose.diagnose import Progress, diagnose
 from identify.diagnose.result import Diagnosis, Finding, Value, Verdict
 from identify.diagnose.result import plain as plain_diagnosis
-from identify.diagnose.shrink.shrink import CHANCE
-from identify.diagnose.shrink.shrunk import LIKELY
+from identify.diagnose.shrink.shrunk import CHANCE, LIKELY
 from identify.diagnose.simulators.simulator import priors_of, simulator_of
 from identify.diagnose.simulators.thrust_ratio import LEAST_SHARE, SIGNIFICANT, ThrustRatio, thrust_ratio
 from identify.diagnose.words.diagnosis import sorted_by_likelihood

@@ -103,10 +103,6 @@ def percent(share: float) -> str:
     return f"{fixed(100 * share, 0)} %"
 
 
-def mm_s(value_m_s: float) -> str:
-    return f"{significant(1000 * value_m_s, 2)} mm/s"
-
-
 def cause_line(finding: Finding) -> str:
     values = [value_words(name, value) for name, value in shown_parameters(finding).items()]
     parameters = f" Fitted: {', '.join(values)}." if values else ""

@@ -11,8 +11,8 @@ from identify.diagnose.result import (
     Next,
 )
 from identify.diagnose.shrink.contradiction import contradiction_clause, shown
-from identify.diagnose.shrink.shrink import CHANCE, closed
-from identify.diagnose.shrink.shrunk import LIKELY, Shrink
+from identify.diagnose.shrink.shrink import closed
+from identify.diagnose.shrink.shrunk import CHANCE, LIKELY, Shrink
 from identify.diagnose.verdict import swallowing
 from identify.diagnose.words.causes import (
     SINCE,

@@ -9,7 +9,7 @@ from identify.diagnose.result import Gap
 from identify.diagnose.shrink.shrink import closed
 from identify.diagnose.shrink.shrunk import AxisShrink
 from identify.diagnose.words.causes import percent
-from identify.words import listed, significant
+from identify.words import listed, speed
 
 DRIFT_S = 5.0
 """Horizon of the drift in sentences."""
@@ -25,8 +25,7 @@ TURNING = DOFS[3:]
 
 def rate(value: float, dof: str) -> str:
     """A velocity in mm/s, or a rate of turn in deg/s, from m/s or rad/s."""
-    scaled = math.degrees(value) if dof in TURNING else 1e3 * value
-    return f"{significant(scaled, 2)} {'deg/s' if dof in TURNING else 'mm/s'}"
+    return speed(value, "rad/s" if dof in TURNING else "m/s")
 
 
 def closes(share: float) -> str:

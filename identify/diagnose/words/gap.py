@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from identify.diagnose.gap.missing import LEAST_SPEED_M_S
 from identify.diagnose.result import Diagnosis, Disturbance, Gap, Phase, Share
-from identify.diagnose.shrink.shrink import CHANCE
+from identify.diagnose.shrink.shrunk import CHANCE
 from identify.diagnose.verdict import MOST_DISTURBED, swallowing
 from identify.diagnose.words.causes import percent_bounded
 from identify.diagnose.words.drift import TURNING

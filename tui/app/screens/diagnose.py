@@ -10,7 +10,7 @@ from gcs_plugin.params.sidecar import sidecar_path
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
-from tui.app.diagnosis import Answer, Cause, Foretold, Tried, answer, foretold
+from tui.app.diagnosis import PHASES, Answer, Cause, Foretold, Tried, answer, foretold
 from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer
@@ -19,16 +19,13 @@ from tui.app.screens.on_dive import SectionScreen
 from tui.options import NONE_ACCEPTED
 
 REPORT: Final = "diagnosis.html"
-PHASES: Final = {
-    "rest": "at rest",
-    "accelerating": "speeds up",
-    "decelerating": "slows",
-    "steady": "steady",
-    "turning": "turns",
-    "reversing": "reverses",
-}
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
 """Shade of a cell by its least share of the missing force, squared; below the last share it is blank."""
+NOWHERE: Final = "There is no gap, so it lies nowhere."
+NOTHING_RETURNS: Final = (
+    "The model drifts further than noise drives it, but no force that returns is missing: fly the same again to see "
+    "whether it lasts."
+)
 SHADE_CELLS, WIDEST_CELLS = 4, 15
 LISTED_CELLS: Final = 20
 FORCE: Final = "     missing"
@@ -68,7 +65,7 @@ def where(answer: Answer, cells: int) -> Lines:
     more of it, and the missing force beside it. A list of the parts if the map does not fit.
     """
     if answer.verdict == "no_gap":
-        none = wrapped("There is no gap, so it lies nowhere.", "plain", cells)
+        none = wrapped(NOTHING_RETURNS if answer.drifts else NOWHERE, "plain", cells)
         return (
             *none,
             *(line for words in answer.words.disturbance for line in wrapped(words, "quiet", cells)),
@@ -182,7 +179,7 @@ def _evidence(nats: float, most: float, role: Role) -> Line:
 def how_far(answer: Answer, cells: int) -> Lines:
     """Drift over 5 s by degree of freedom, without and with the causes: the dive, held-out pieces, check dive."""
     lines: list[Line] = [*wrapped("drift of the model over 5 s, without → with the causes", "quiet", cells)]
-    every = [axis for shrink in answer.shrinks.values() for axis in shrink.by_axis if axis.floor > 0]
+    every = [axis for shrink in answer.shrinks.values() for axis in shrink.by_axis if _is_known(axis)]
     most = max((axis.before / axis.floor for axis in every), default=1.0)
     for what, shrink in answer.shrinks.items():
         closed = f"closes {_share(shrink)} of what is beyond noise" if math.isfinite(shrink.value) else ""
@@ -197,6 +194,11 @@ def how_far(answer: Answer, cells: int) -> Lines:
     return tuple(lines)
 
 
+def _is_known(axis: AxisShrink) -> bool:
+    """Whether all three of its drifts are known, so that they have a bar."""
+    return math.isfinite(axis.before) and math.isfinite(axis.after) and axis.floor > 0
+
+
 def _share(shrink: Shrink) -> str:
     """`98 % (93 to 100 %)`."""
     known = math.isfinite(shrink.high95 - shrink.low95)
@@ -209,8 +211,8 @@ def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
     turning = axis.dof not in DOFS[:3]
     scale, unit = (math.degrees(1.0), "deg/s") if turning else (1e3, "mm/s")
     before, after, floor = (significant(scale * value, 2) for value in (axis.before, axis.after, axis.floor))
-    whole = round(cells * axis.before / axis.floor / most) if axis.floor > 0 else 0
-    stays = min(round(whole * axis.after / axis.before), whole) if axis.before > 0 else 0
+    whole = round(cells * axis.before / axis.floor / most) if _is_known(axis) else 0
+    stays = min(round(whole * axis.after / axis.before), whole) if whole else 0
     return (
         (f"  {axis.dof:<{NAME_CELLS}}{before:>8} →", "plain"),
         (f"{after:>7}", "strong"),

@@ -9,7 +9,7 @@ from textual.containers import Horizontal, VerticalScroll
 
 from bridge.errors import SeatrialError
 from gcs_plugin.dives.conditions import NOTHING_SAID, TITLES, mistakes, of_texts, texts_of
-from gcs_plugin.dives.folder import DiveFolder, last_conditions
+from gcs_plugin.dives.folder import About, DiveFolder, last_conditions
 from tui.app.desk import LIST
 from tui.app.drawing import Line, Lines, entry_at, hanging, heading
 from tui.app.header import PHONE, Tab
@@ -171,14 +171,28 @@ class DivesScreen(StationScreen):
         dive = self._dive()
         if dive is None:
             self._wait("note")
-        else:
-            folder, texts = DiveFolder(dive.folder), {"note": " ".join(dive.notes.split())}
+            return
+        about = self._about(dive)
+        if about is None:
+            return
 
-            def keep(texts: Mapping[str, str]) -> None:
-                folder.note(texts["note"])
+        def keep(texts: Mapping[str, str]) -> None:
+            DiveFolder(dive.folder).note(texts["note"])
 
-            # The list is read again when this screen returns.
-            self.app.push_screen(FormScreen(f"Note of {dive.name}", {"note": ""}, texts, lambda _: {}, keep))
+        texts = {"note": " ".join(about.notes.split())}
+        # The list is read again when this screen returns.
+        self.app.push_screen(FormScreen(f"Note of {dive.name}", {"note": ""}, texts, lambda _: {}, keep))
+
+    def _about(self, dive: DiveRow) -> About | None:
+        """What is noted of a dive now, which another program may have changed since the list was read; None, and said
+        why, if it can't be read."""
+        self._unkept = ""
+        try:
+            return DiveFolder(dive.folder).about()
+        except SeatrialError as error:
+            self._unkept = str(error)
+            self.draw()
+            return None
 
     def action_replay(self) -> None:
         dive = self._dive()
@@ -210,13 +224,10 @@ class DivesScreen(StationScreen):
         if dive is None:
             self._wait("conditions")
             return
-        self._unkept = ""
-        try:
-            known = DiveFolder(dive.folder).about().conditions
-        except SeatrialError as error:
-            self._unkept = str(error)
-            self.draw()
+        about = self._about(dive)
+        if about is None:
             return
+        known = about.conditions
         title = f"Conditions of {dive.name}"
         if known == NOTHING_SAID:
             known = last_conditions(dive.folder.resolve().parent, dive.folder)

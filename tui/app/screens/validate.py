@@ -15,7 +15,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.mode import Mode
 from identify.validation.axis_criteria import Criterion
 from identify.validation.raising import BASELINE
-from identify.validation.tracking_curves import CURVES, Followed
+from identify.validation.tracking_curves import CURVES, WRENCH_UNITS, Followed
 from tui.app.curves import Curve, plot, seconds
 from tui.app.desk import VALIDATED, can_check
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
@@ -50,6 +50,8 @@ MARKS: Final[dict[bool | None, tuple[str, Role]]] = {
 }
 PHASE_CELLS, PHASE_CELLS_OF_A_PHONE = 24, 17
 BOTH_PARTS_CELLS: Final = 13
+BOTH_PARTS: Final = ("rms: all / others move", "rms: all / others")
+"""The head of both parts, and where that has no room."""
 LEAST_WORDS_CELLS: Final = 24
 """With less room beside its name, a criterion's words stand below it."""
 LEAST_SPANS: Final = {"m/s": 0.05, "mm/s": 20.0, "deg/s": 1.0, "N": 1.0, "N m": 0.5}
@@ -57,7 +59,7 @@ ERRORS_IN: Final = SHOWN_IN | {"m/s": ("mm/s", 1e3)}
 DIGITS: Final = {"mm/s": 1, "deg/s": 2}
 EFFORT_DIGITS: Final = 2
 AROUND_S: Final = 3.0
-NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or nothing of its reference moved."
+NO_VERDICT: Final = "No verdict: the dive tells no FF_MODE, or no axis that its reference moves was measured."
 
 
 @dataclass(frozen=True)
@@ -100,6 +102,8 @@ def runs(data: Any) -> tuple[Run, ...] | None:
 
 def _run(data: Mapping[str, Any]) -> Run:
     dive, raising = str(data["dive"]), data["raising"]
+    if strange := {entry["unit"] for entry in data["axes"]} - WRENCH_UNITS.keys():
+        raise ValueError(f"no errors in {strange}")
     return Run(
         _short(str(data["run"]), str(data["mode"]), dive),
         dive,
@@ -216,7 +220,8 @@ def whole_lines(runs: Sequence[Run], chosen: str, left: int, width: int) -> Line
         lines.append(line)
     if not lines:
         return ()
-    head: Line = ((f"{'rms: all / others move' if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
+    both = next((words for words in BOTH_PARTS if len(words) <= left), BOTH_PARTS[-1])
+    head: Line = ((f"{both if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
     for run in runs:
         role: Role = "strong" if run.dive == chosen else "quiet"
         head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))

@@ -31,6 +31,7 @@ WIDE: Final = 50
 LEAST_NAME, WITHOUT_NAME = 18, 37
 """Cells of a thruster's name on a wide row at least, and those that its number, bar and readings take."""
 NAME_CELLS: Final = 17
+AXIS_CELLS: Final = 19  # of an axis with its drift and floor
 RATE_AND_AGE: Final = 17  # cells of a narrow row after its name
 MARKS: Final[dict[Condition, Span]] = {
     Condition.OK: ("●", "quiet"),
@@ -200,7 +201,7 @@ def gap_lines(gap: Gap | None, lacks: str, cells: int, silent_s: float = 0.0) ->
     axis = worst_axis(gap)
     if axis is None:
         return (heading("MODEL", f"its floor is learnt, {gap.learns_s:.0f} s", cells),)
-    if cells < WIDE:
+    if cells < 3 * AXIS_CELLS:
         drift, floor, unit = in_units(axis)
         return (heading("MODEL", f"{DOFS[axis.dof]} {drift}, floor {floor} {unit}", cells),)
     rows = [tuple(axis for axis in gap.axes if axis.dof in dofs) for dofs in (range(3), range(3, 6))]
