@@ -332,6 +332,16 @@ def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told():
     assert "mode" not in failed(judged(dive))
 
 
+def test_a_mode_that_is_no_number_is_not_heard():
+    dive = flown(Mode.SHADOW)
+    value = dive.ff_mode.value.copy()
+    value[700] = np.nan
+    part = in_one_mode(replace(dive, ff_mode=Signal(dive.ff_mode.time_s, value)))
+    assert (part.mode, part.changed) == (Mode.SHADOW, None)
+    nothing = Signal(dive.ff_mode.time_s, np.full_like(value, np.nan))
+    assert in_one_mode(replace(dive, ff_mode=nothing)).mode is None
+
+
 def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive():
     assert in_one_mode(in_modes((Mode.SHADOW, 66.0), (Mode.OFF, 180.0))).mode is Mode.OFF
     still = in_modes((Mode.OFF, 5.0), (Mode.SHADOW, 65.0), (Mode.OFF, 180.0))
