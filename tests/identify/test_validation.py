@@ -82,6 +82,15 @@ def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes
     assert surge.acceleration_less_delay < 1e-3
 
 
+def test_a_dive_that_ends_at_the_speed_of_its_first_seconds_tells_no_delay():
+    """No later motion tells by how much the response is late, and at rest any delay fits as well as another."""
+    whole = dive()
+    begins_at_speed = tracking_errors(whole.between(6.0, 24.0)).axis("surge")
+    assert math.isnan(begins_at_speed.delay_s)
+    assert math.isnan(begins_at_speed.acceleration_less_delay)
+    assert begins_at_speed.acceleration == pytest.approx(0.0, abs=1e-3)
+
+
 def noisy(sigma_m_s, seed, **how):
     whole = dive(**how)
     noise = sigma_m_s * np.random.default_rng(seed).standard_normal(whole.velocity.value.shape)
