@@ -246,10 +246,10 @@ def _followed(dive: Dive, dof: int, lever_m: Vector3) -> tuple[Signal, Signal] |
     if dive.nu_ref is None or len(dive.nu_ref) < 2 or measured is None:
         return None
     response = measured.finite()
-    if len(response) < 2:
-        return None
     reference = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, dof : dof + 1])
     inside = (response.time_s >= reference.time_s[0]) & (response.time_s <= reference.time_s[-1])
+    if np.count_nonzero(inside) < 2:
+        return None
     return reference, Signal(response.time_s[inside], response.value[inside])
 
 

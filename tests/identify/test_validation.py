@@ -91,6 +91,18 @@ def test_a_dive_that_ends_at_the_speed_of_its_first_seconds_tells_no_delay():
     assert begins_at_speed.acceleration == pytest.approx(0.0, abs=1e-3)
 
 
+def test_a_single_reading_beside_the_reference_is_no_response_to_it():
+    whole = dive()
+    lost = whole.velocity.value.copy()
+    lost[(whole.velocity.time_s > 4.0) & (whole.velocity.time_s != 20.0)] = np.nan
+    late = replace(
+        whole,
+        nu_ref=whole.nu_ref.between(5.0, 40.0),
+        velocity=Signal(whole.velocity.time_s, lost),
+    )
+    assert tracking_errors(late).axes == ()
+
+
 def noisy(sigma_m_s, seed, **how):
     whole = dive(**how)
     noise = sigma_m_s * np.random.default_rng(seed).standard_normal(whole.velocity.value.shape)
