@@ -183,6 +183,14 @@ def test_the_dvl_is_carried_to_the_origin():
     assert surge.measured - surge.reference == pytest.approx(np.full(len(surge.time_s), 0.05), abs=1e-9)
 
 
+def test_a_dvl_without_bottom_lock_throughout_has_a_curve_without_values():
+    whole = dive()
+    lost = Signal(whole.velocity.time_s, np.full_like(whole.velocity.value, np.nan))
+    (surge,) = followed(replace(whole, velocity=lost))
+    assert np.isnan(surge.measured).all()
+    assert np.nanmax(surge.reference) == pytest.approx(0.4)
+
+
 def test_a_gap_stays_a_gap_and_a_slow_signal_is_held():
     whole = dive()
     value = whole.velocity.value.copy()
