@@ -79,7 +79,10 @@ def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
     low, high = np.percentile(push, [5, 95], axis=0)
     if (high - low > STEADY * np.abs(push).max()).any():
         raise FitError("a run has to push steadily, and its thrust changes", of=dive.name)
-    thrust_n = asked.between(began_s + SETTLED_S, end_s).value.mean(axis=0)
+    held = asked.between(began_s + SETTLED_S, end_s)
+    if not len(held):
+        raise FitError("the commands of its thrusters have to be heard during the push", of=dive.name)
+    thrust_n = held.value.mean(axis=0)
     euler = np.column_stack(euler_angles(attitude.value))
     euler[:, 2] = np.unwrap(euler[:, 2])
     at_s = attitude.time_s

@@ -69,6 +69,14 @@ def test_a_run_with_an_output_too_few_for_the_thrusters_of_the_file_is_refused(s
             run_of(lacking, sound.file, "quadrotor")
 
 
+def test_a_run_whose_commands_were_heard_no_more_while_it_pushed_is_refused(sound):
+    pwm = sound.dive().pwm
+    heard = (pwm.time_s < 3.0) | (pwm.time_s == pwm.time_s[-1])
+    gap = replace(sound.dive(), pwm=Signal(pwm.time_s[heard], pwm.value[heard]))
+    with pytest.raises(FitError, match="have to be heard during the push"):
+        run_of(gap, sound.file, "quadrotor")
+
+
 @pytest.mark.parametrize("name", ["depth", "attitude", "voltage"])
 def test_a_reading_that_is_no_number_changes_no_mark(sound, name):
     made = sound.but(moment_nm=(0.2, -0.1, 0.05))
