@@ -111,12 +111,18 @@ def _write(folder: Path, case: Case) -> None:
 
 def key_path(folder: Path) -> Path:
     """Path of the key to a sealed folder: next to the folder, never in it."""
-    return folder.with_name(f"{folder.name}.key")
+    return _next_to(folder, ".key")
 
 
 def hash_path(folder: Path) -> Path:
     """Path of the hash of a sealed folder's locked answers."""
-    return folder.with_name(f"{folder.name}.sha256")
+    return _next_to(folder, ".sha256")
+
+
+def _next_to(folder: Path, ending: str) -> Path:
+    """A file named after a folder that is given by its name or, from within it, as `.` or `..`."""
+    named = folder.resolve() if folder.name in ("", "..") else folder
+    return named.with_name(f"{named.name}{ending}")
 
 
 def unsealed(folder: Path, published: str | None = None, key: Path | None = None) -> list[dict[str, Any]]:

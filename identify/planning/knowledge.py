@@ -51,7 +51,7 @@ ROUGH = 0.5
 """A value with a relative standard deviation above this is no better than a guess."""
 
 ROUNDING = 1e-6
-"""Tolerance of symmetry, and of eigenvalues (of correlations) below zero, for a covariance that was written as text."""
+"""Tolerance of correlations: of their symmetry, and of eigenvalues below zero, for a covariance written as text."""
 
 FIRM = 0.05
 """Relative standard deviation up to which a value is firm enough to show a narrower interval around it."""
@@ -220,13 +220,13 @@ def _doubted(identified: Mapping[str, Any], fitted: Sequence[str]) -> dict[str, 
 def _check(of: Sequence[str], covariance: Array, nuisance: Mapping[str, float], source: str) -> None:
     """Raise ConfigError for numbers that are no covariance of distinct names, or no noise."""
     std = np.sqrt(np.maximum(np.diag(covariance), 0.0))
-    proper = (
-        len(set(of)) == len(of)
-        and np.isfinite(covariance).all()
-        and np.allclose(covariance, covariance.T, rtol=ROUNDING, atol=0.0)
-        and (std > 0).all()
-        and not (len(of) and np.linalg.eigvalsh(covariance / np.outer(std, std))[0] < -ROUNDING)
-    )
+    proper = len(set(of)) == len(of) and np.isfinite(covariance).all() and (std > 0).all()
+    if proper and len(of):
+        correlation = covariance / np.outer(std, std)
+        proper = (
+            np.allclose(correlation, correlation.T, rtol=0.0, atol=ROUNDING)
+            and np.linalg.eigvalsh(correlation)[0] >= -ROUNDING
+        )
     odd = [name for name, value in nuisance.items() if not math.isfinite(value)]
     if odd or not proper:
         wrong = f"its {odd[0]} is no finite number" if odd else "its covariance is none"

@@ -58,7 +58,8 @@ def sentences(judged: Judged) -> tuple[str, ...]:
         f"{name} {significant(float(shift), 2)} {unit} ({significant(abs(float(off)), 2)} standard deviations)"
         for name, shift, unit, off in zip(MARKS, judged.shift, UNITS, judged.off, strict=True)
     )
-    marks = f"Against the accepted runs, {judged.runs} runs together differ by: {far}."
+    differ = "this run differs" if judged.runs == 1 else f"{judged.runs} runs together differ"
+    marks = f"Against the accepted runs, {differ} by: {far}."
     finding = judged.finding
     if finding is None:
         nothing = "No gap: the runs scatter about the accepted ones as these do among themselves."

@@ -18,9 +18,9 @@ from bridge.errors import FitError, LogError
 from bridge.vehicle.coefficients import HEAVE
 from bridge.vehicle.config import GRAVITY_M_S2, Configuration, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.ingest.rotation import euler_angles
-from identify.thrust.wrench import asked_thrusts
+from identify.thrust.wrench import asked_thrusts, tells_thrusters
 
 SETTLED_S: Final = 3.0
 """A small hull has settled to its speed and its lean so long after the push began."""
@@ -60,10 +60,10 @@ class Run:
 def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
     """Marks of a run. Raises FitError for a run that does not go from rest into a steady push of seconds, or lacks
     the thrusters' commands, depth or attitude."""
-    depth = dive.depth_by(file.vehicle.water)
-    if dive.thruster_commands is None or depth is None or dive.attitude is None:
+    depth, shape = dive.depth_by(file.vehicle.water), file.vehicle.configurations[configuration]
+    if not tells_thrusters(dive, shape) or depth is None or dive.attitude is None:
         raise FitError("a run needs the commands of its thrusters, depth and attitude", of=dive.name)
-    shape = file.vehicle.configurations[configuration]
+    depth, attitude = depth.finite(), dive.attitude.finite()
     asked = asked_thrusts(dive, file, configuration)
     pushed = np.abs(asked.value).max(axis=1) > LEAST_SHARE * shape.thruster_limit_n
     if pushed[0] or not pushed.any():
@@ -79,11 +79,13 @@ def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
     low, high = np.percentile(push, [5, 95], axis=0)
     if (high - low > STEADY * np.abs(push).max()).any():
         raise FitError("a run has to push steadily, and its thrust changes", of=dive.name)
-    thrust_n = asked.between(began_s + SETTLED_S, end_s).value.mean(axis=0)
-    voltage = dive.voltage
-    euler = np.column_stack(euler_angles(dive.attitude.value))
+    held = asked.between(began_s + SETTLED_S, end_s)
+    if not len(held):
+        raise FitError("the commands of its thrusters have to be heard during the push", of=dive.name)
+    thrust_n = held.value.mean(axis=0)
+    euler = np.column_stack(euler_angles(attitude.value))
     euler[:, 2] = np.unwrap(euler[:, 2])
-    at_s = dive.attitude.time_s
+    at_s = attitude.time_s
     at_rest, settled = at_s < began_s, at_s > began_s + SETTLED_S
     still = depth.time_s < began_s
     later = depth.between(began_s + SETTLED_S, end_s)
@@ -94,7 +96,7 @@ def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
         float(np.median(depth.value[still])),
         float(np.polyfit(later.time_s, later.value[:, 0], 1)[0]),
         thrust_n,
-        np.nan if voltage is None else float(np.median(voltage.between(began_s + SETTLED_S, end_s).value)),
+        _middle(dive.voltage, began_s + SETTLED_S, end_s),
         allocation_matrix(shape) @ thrust_n,
         np.median(euler[settled, :2], axis=0) - np.median(euler[at_rest, :2], axis=0),
         _moment(
@@ -104,6 +106,12 @@ def run_of(dive: Dive, file: VehicleFile, configuration: str) -> Run:
             shape.model.get("D_r", 0.0),
         ),
     )
+
+
+def _middle(signal: Signal | None, start_s: float, end_s: float) -> float:
+    """Median of a signal (n, 1) between two times; NaN if nothing is known of it there."""
+    known = None if signal is None else signal.between(start_s, end_s).finite()
+    return float(np.median(known.value)) if known is not None and len(known) else np.nan
 
 
 def _moment(since_s: Array, turned: Array, inertia: float, damping: float) -> float:
@@ -130,7 +138,7 @@ FEWEST: Final = 20
 class Usual:
     """Accepted runs. mean (5,) and scatter (5, 5) of their marks (MARKS, in UNITS), of `count` runs.
 
-    voltage_v: their mean voltage, at which the vehicle file's thrust holds; NaN if unknown. thrust_n (k,): mean thrust
+    voltage_v: mean voltage of those that tell it, at which the vehicle file's thrust holds; NaN if none does. thrust_n (k,): mean thrust
     of each thruster.
     """
 
@@ -182,8 +190,8 @@ def usual_of(runs: Sequence[Run], shape: Configuration) -> Usual:
     is not known."""
     if len(runs) < FEWEST:
         raise FitError(f"{len(runs)} runs are too few to tell how far runs scatter; give {FEWEST} or more")
-    voltages = np.array([run.voltage_v for run in runs])
-    voltage_v = float(voltages.mean())
+    voltages = [run.voltage_v for run in runs if np.isfinite(run.voltage_v)]
+    voltage_v = float(np.mean(voltages)) if voltages else np.nan
     factor = _by_voltage(runs, voltage_v)
     marks = _marks(runs, shape, voltage_v)
     scatter = np.cov(marks.T)

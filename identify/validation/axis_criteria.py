@@ -95,8 +95,8 @@ def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
     worst = max(abs(at.error) / at.speed for at in tracking.speeds)
     top = float(np.abs(dive.nu_ref.value[:, dof]).max())
     judged = [("held speed", worst, MOST_OF_PAPER * PAPER_STEADY, "speed held")]
-    # A reference that jumps from speed to speed does not speed up.
-    if math.isfinite(tracking.acceleration):
+    # A reference that jumps from speed to speed does not speed up, and of one that does so at once no delay is known.
+    if math.isfinite(tracking.acceleration_less_delay):
         growing = tracking.acceleration_less_delay / top
         judged.append(
             ("speeding up", growing, MOST_OF_PAPER * PAPER_SPEEDING_UP, "top speed, its delay taken out")

@@ -149,9 +149,10 @@ def in_one_mode(dive: Dive) -> OneMode:
     If the crew or the vehicle lowered the mode out of feed-forward while the reference moved, that fails the
     criterion.
     """
-    if dive.ff_mode is None or not len(dive.ff_mode):
+    reported = None if dive.ff_mode is None else dive.ff_mode.finite()
+    if reported is None or not len(reported):
         return OneMode(None, dive)
-    time_s, value = dive.ff_mode.time_s, dive.ff_mode.value[:, 0]
+    time_s, value = reported.time_s, reported.value[:, 0]
     starts = np.concatenate([[0], np.flatnonzero(np.diff(value)) + 1])
     modes = [int(mode_number) for mode_number in value[starts]]
     begins_s = np.concatenate([[-np.inf], time_s[starts[1:]]])

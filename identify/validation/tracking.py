@@ -207,11 +207,12 @@ def phases(velocity: Array, slope: Array) -> Phases:
 
 
 def delay(reference: Signal, response: Signal) -> float:
-    """Lag of `response` (n, 1) behind `reference`, s, at their highest correlation; NaN if undefined."""
+    """Lag of `response` (n, 1) behind `reference`, s, at their highest correlation; NaN if undefined, as for a reference
+    that changes within LATEST_S of its beginning alone."""
     start = max(reference.time_s[0], response.time_s[0]) + LATEST_S
     end = min(reference.time_s[-1], response.time_s[-1]) + EARLIEST_S
     time_s = np.arange(start, end, LAG_STEP_S)
-    if len(time_s) < 2:
+    if len(time_s) < 2 or np.ptp(reference.at(time_s)) <= LEAST_SPEED:
         return math.nan
     measured = response.at(time_s)[:, 0]
     lags = np.arange(EARLIEST_S, LATEST_S + LAG_STEP_S / 2, LAG_STEP_S)
@@ -245,10 +246,10 @@ def _followed(dive: Dive, dof: int, lever_m: Vector3) -> tuple[Signal, Signal] |
     if dive.nu_ref is None or len(dive.nu_ref) < 2 or measured is None:
         return None
     response = measured.finite()
-    if len(response) < 2:
-        return None
     reference = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, dof : dof + 1])
     inside = (response.time_s >= reference.time_s[0]) & (response.time_s <= reference.time_s[-1])
+    if np.count_nonzero(inside) < 2:
+        return None
     return reference, Signal(response.time_s[inside], response.value[inside])
 
 

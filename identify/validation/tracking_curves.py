@@ -105,8 +105,10 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
 def _means(signal: Signal | None, column: int, edges_s: Array) -> Array:
     """Mean of the finite samples between consecutive edges; a step without samples holds a recent last sample."""
     out = np.full(len(edges_s) - 1, np.nan)
-    known = np.zeros(0, dtype=bool) if signal is None else np.isfinite(signal.value[:, column])
-    if signal is None or not known.any():
+    if signal is None:
+        return out
+    known = np.isfinite(signal.value[:, column])
+    if not known.any():
         return out
     time_s, value = signal.time_s[known], signal.value[known, column]
     count, _ = np.histogram(time_s, edges_s)

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from pathlib import Path
 from dataclasses import replace
 
 import pytest
@@ -332,6 +333,15 @@ def test_changed_answers_are_not_scored(sealed, tmp_path):
         unsealed(folder)
     with pytest.raises(LogError, match="give a folder of challenge seal"):
         unsealed(tmp_path / "nowhere")
+
+
+def test_a_sealed_folder_is_opened_from_within_it_too(sealed, tmp_path, monkeypatch):
+    folder = copied(sealed, tmp_path)
+    (folder / "case_001").mkdir()
+    monkeypatch.chdir(folder)
+    assert unsealed(Path(".")) == unsealed(sealed[0])
+    monkeypatch.chdir(folder / "case_001")
+    assert unsealed(Path("..")) == unsealed(sealed[0])
 
 
 def test_answers_that_were_changed_with_their_hash_are_not_those_that_were_published(sealed, tmp_path):

@@ -332,6 +332,37 @@ def test_the_part_in_which_the_reference_moves_for_longest_is_judged_and_told():
     assert "mode" not in failed(judged(dive))
 
 
+def test_a_mode_that_is_no_number_is_not_heard():
+    dive = flown(Mode.SHADOW)
+    value = dive.ff_mode.value.copy()
+    value[700] = np.nan
+    part = in_one_mode(replace(dive, ff_mode=Signal(dive.ff_mode.time_s, value)))
+    assert (part.mode, part.changed) == (Mode.SHADOW, None)
+    nothing = Signal(dive.ff_mode.time_s, np.full_like(value, np.nan))
+    assert in_one_mode(replace(dive, ff_mode=nothing)).mode is None
+
+
+def test_a_feed_forward_that_speeds_up_at_once_and_then_holds_is_judged_by_the_speed_held():
+    """The part of a mission after a change of mode: its delay does not show, and is not taken out as anything."""
+    dive = flown(Mode.ALONE, axes=(0,))
+    reference = dive.nu_ref.value.copy()
+    held = dive.nu_ref.time_s >= 15.0
+    reference[held, 0], reference[held, 6] = TRUTH[0][2], 0.0
+    followed = Signal(dive.nu_ref.time_s, reference[:, :3])
+    fed = np.zeros((len(reference), 6))
+    fed[:, 0] = TRUTH[0][0] * reference[:, 6] + TRUTH[0][1] * reference[:, 0]
+    ended = replace(
+        dive,
+        nu_ref=Signal(dive.nu_ref.time_s, reference),
+        velocity=followed,
+        tau_ff=Signal(dive.nu_ref.time_s, fed),
+        tau_cmd=Signal(dive.nu_ref.time_s, fed),
+    )
+    raising = judged(ended.between(11.0, 60.0))
+    assert raising.go
+    assert [c.quantity for c in raising.criteria if c.by_motion] == ["surge held speed"]
+
+
 def test_a_long_wait_in_another_mode_is_not_taken_for_the_dive():
     assert in_one_mode(in_modes((Mode.SHADOW, 66.0), (Mode.OFF, 180.0))).mode is Mode.OFF
     still = in_modes((Mode.OFF, 5.0), (Mode.SHADOW, 65.0), (Mode.OFF, 180.0))

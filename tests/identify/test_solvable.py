@@ -13,6 +13,9 @@ from soak import rows_rest_in_soak
 from bench.missions.mission import draw_one
 from bridge.errors import FitError
 from identify.dive import Dive, Signal
+from identify.estimators.axes.build import build_axes
+from identify.estimators.likelihood.axis import TIME_CONSTANT
+from identify.estimators.likelihood.priors import likelihood_of
 from identify.estimators.refusals import no_solution
 from identify.estimators.table import METHODS, estimator, judged
 
@@ -141,3 +144,15 @@ def test_a_dive_that_depth_and_attitude_alone_tell_of_is_refused_with_their_axes
     depth, level = Signal(time_s, time_s[:, None]), Signal(time_s, np.tile([1.0, 0.0, 0.0, 0.0], (300, 1)))
     dive = Dive("d", Path("d.bag"), "0" * 64, depth=depth, attitude=level)
     assert "the equations of heave, roll, pitch and yaw have no solution" in str(no_solution(dive))
+
+
+def test_a_disturbance_that_forgets_faster_than_numbers_go_has_no_likelihood():
+    """A climb on readings that are wildly off may come to it, and has to turn back."""
+    file = closed_loop.vehicle_file()
+    (axis,) = build_axes(closed_loop.dive(np.random.default_rng(1), 30.0), file, "only").axes
+    problem = likelihood_of(axis, file.vehicle.configurations["only"], np.full(6, 72.0), ())
+    theta = problem.prior_mean.copy()
+    assert np.isfinite(problem.log_likelihood(theta))
+    theta[TIME_CONSTANT] = -800.0
+    with np.errstate(divide="ignore", invalid="ignore"):
+        assert problem.log_likelihood(theta) == -np.inf

@@ -82,6 +82,27 @@ def test_a_late_response_shows_its_delay_and_errors_only_while_the_speed_changes
     assert surge.acceleration_less_delay < 1e-3
 
 
+def test_a_dive_that_ends_at_the_speed_of_its_first_seconds_tells_no_delay():
+    """No later motion tells by how much the response is late, and at rest any delay fits as well as another."""
+    whole = dive()
+    begins_at_speed = tracking_errors(whole.between(6.0, 24.0)).axis("surge")
+    assert math.isnan(begins_at_speed.delay_s)
+    assert math.isnan(begins_at_speed.acceleration_less_delay)
+    assert begins_at_speed.acceleration == pytest.approx(0.0, abs=1e-3)
+
+
+def test_a_single_reading_beside_the_reference_is_no_response_to_it():
+    whole = dive()
+    lost = whole.velocity.value.copy()
+    lost[(whole.velocity.time_s > 4.0) & (whole.velocity.time_s != 20.0)] = np.nan
+    late = replace(
+        whole,
+        nu_ref=whole.nu_ref.between(5.0, 40.0),
+        velocity=Signal(whole.velocity.time_s, lost),
+    )
+    assert tracking_errors(late).axes == ()
+
+
 def noisy(sigma_m_s, seed, **how):
     whole = dive(**how)
     noise = sigma_m_s * np.random.default_rng(seed).standard_normal(whole.velocity.value.shape)
@@ -160,6 +181,14 @@ def test_the_dvl_is_carried_to_the_origin():
     (surge,) = followed(replace(whole, gyro=Signal(whole.gyro.time_s, turning)), (0.0, 0.5, 0.0))
     # A transducer half a metre to starboard runs 0.05 m/s slower than a body that turns to starboard.
     assert surge.measured - surge.reference == pytest.approx(np.full(len(surge.time_s), 0.05), abs=1e-9)
+
+
+def test_a_dvl_without_bottom_lock_throughout_has_a_curve_without_values():
+    whole = dive()
+    lost = Signal(whole.velocity.time_s, np.full_like(whole.velocity.value, np.nan))
+    (surge,) = followed(replace(whole, velocity=lost))
+    assert np.isnan(surge.measured).all()
+    assert np.nanmax(surge.reference) == pytest.approx(0.4)
 
 
 def test_a_gap_stays_a_gap_and_a_slow_signal_is_held():

@@ -412,6 +412,13 @@ def test_what_is_no_identification_of_this_configuration_is_refused(changes, say
         after(identified(**changes), FILE, "hovering", "odd.json")
 
 
+def test_values_that_hardly_correlate_need_not_do_so_alike_to_the_last_digit():
+    """What an inversion leaves of none differs above and below the diagonal."""
+    said = identified(covariance={"of": ["M_u", "D_u"], "matrix": [[1.21, 3e-14], [5e-14, 0.5]]})
+    known = after(said, FILE, "hovering", "a.json")
+    assert relative_std(known.precision)[NAMES.index("M_u")] == pytest.approx(1.1 / 110.0)
+
+
 def test_the_doubts_of_the_dive_and_of_what_leans_on_them_stand_beside_what_a_plan_after_it_promises():
     sentence = "In heave 68 % follows from nothing recorded."
     doubt = {"about": ["M_w"], "sentence": sentence, "outcome": "converged", "also": ["D_w"]}

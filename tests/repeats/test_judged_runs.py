@@ -110,6 +110,11 @@ def test_every_answer_keeps_to_the_schema_and_is_said_in_sentences(sound, usual)
     assert sentences(answer(sound, usual))[0].startswith("No gap")
 
 
+def test_a_single_run_is_spoken_of_as_one(sound, usual):
+    judged = judge(sound.dives(1, 3), sound.file, "quadrotor", usual)
+    assert sentences(judged)[-1].startswith("Against the accepted runs, this run differs by: rest depth")
+
+
 def test_without_a_run_that_pushes_from_rest_there_is_nothing_to_judge(sound, usual):
     with pytest.raises(FitError, match="none of the runs"):
         judge([sound.but(rest_s=0.0).dive()], sound.file, "quadrotor", usual)

@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from bridge.errors import FitError
+from identify.dive import Signal
 from identify.repeats.marks import run_of, usual_from, usual_of
 
 
@@ -59,6 +61,36 @@ def test_a_run_without_depth_is_refused(sound):
         run_of(replace(sound.dive(), depth=None), sound.file, "quadrotor")
 
 
+def test_a_run_with_an_output_too_few_for_the_thrusters_of_the_file_is_refused(sound):
+    dive = sound.dive()
+    fewer = replace(dive, pwm=Signal(dive.pwm.time_s, dive.pwm.value[:, :2]))
+    for lacking in (fewer, replace(dive, pwm=dive.pwm.between(-2.0, -1.0))):
+        with pytest.raises(FitError, match="commands of its thrusters, depth and attitude"):
+            run_of(lacking, sound.file, "quadrotor")
+
+
+def test_a_run_whose_commands_were_heard_no_more_while_it_pushed_is_refused(sound):
+    pwm = sound.dive().pwm
+    heard = (pwm.time_s < 3.0) | (pwm.time_s == pwm.time_s[-1])
+    gap = replace(sound.dive(), pwm=Signal(pwm.time_s[heard], pwm.value[heard]))
+    with pytest.raises(FitError, match="have to be heard during the push"):
+        run_of(gap, sound.file, "quadrotor")
+
+
+@pytest.mark.parametrize("name", ["depth", "attitude", "voltage"])
+def test_a_reading_that_is_no_number_changes_no_mark(sound, name):
+    made = sound.but(moment_nm=(0.2, -0.1, 0.05))
+    dive = made.dive()
+    value = getattr(dive, name).value.copy()
+    value[100] = np.nan
+    gap = replace(dive, **{name: Signal(getattr(dive, name).time_s, value)})
+    whole, run = (run_of(each, sound.file, "quadrotor") for each in (dive, gap))
+    assert run.sinking_m_s == pytest.approx(whole.sinking_m_s)
+    assert run.leans == pytest.approx(whole.leans)
+    assert run.turning_nm == pytest.approx(whole.turning_nm)
+    assert run.voltage_v == 12.0
+
+
 def usual_of_made(sound):
     return usual_of([run_of(dive, sound.file, "quadrotor") for dive in sound.dives(20, 1)], sound.shape)
 
@@ -72,6 +104,15 @@ def test_what_the_model_lacks_is_the_buoyancy_and_the_moments(sound):
 def test_thrust_goes_by_the_square_of_the_voltage(sound):
     runs = [run_of_made(sound, voltage_v=voltage) for voltage in (12.0, 11.4)]
     marks = usual_of_made(sound).marks_of(runs, sound.shape)
+    assert marks[0] == pytest.approx(marks[1], rel=1e-6)
+
+
+def test_thrust_goes_by_the_voltage_though_a_battery_was_not_heard_in_one_accepted_run(sound):
+    first, *others = sound.dives(21, 1)
+    runs = [run_of(dive, sound.file, "quadrotor") for dive in (replace(first, voltage=None), *others)]
+    usual = usual_of(runs, sound.shape)
+    assert usual.voltage_v == 12.0
+    marks = usual.marks_of([run_of_made(sound, voltage_v=voltage) for voltage in (12.0, 11.4)], sound.shape)
     assert marks[0] == pytest.approx(marks[1], rel=1e-6)
 
 

@@ -348,14 +348,12 @@ class AxisLikelihood:
     def hidden_levels(self, theta: Array) -> tuple[float, float, bool]:
         """Standard deviations of the disturbance and of the filter's fourth state, and whether that is an error of the
         velocity readings."""
-        disturbance = float(np.exp(theta[DISTURBANCE]))
+        disturbance = np.exp(theta[DISTURBANCE])
         if self.axis.is_coloured:
-            return disturbance, self.coloured(theta)[0], True
-        return (
-            disturbance,
-            disturbance / float(np.sqrt(self.rise_s(theta) * np.exp(theta[TIME_CONSTANT]))),
-            False,
-        )
+            return float(disturbance), self.coloured(theta)[0], True
+        # A time constant that rounds to none makes this infinite, and the likelihood of it none.
+        rate = disturbance / np.sqrt(self.rise_s(theta) * np.exp(theta[TIME_CONSTANT]))
+        return float(disturbance), float(rate), False
 
     def run_filter(
         self, theta: Array, table: Array, force: Array, gate_sigma: float

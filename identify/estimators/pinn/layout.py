@@ -175,8 +175,6 @@ def lay_out(dive: Dive, file: VehicleFile, configuration_name: str, built: Axes,
     columns, names, readings = [], [], []
     for i, axis in enumerate(axes):
         for c, channel in enumerate(axis.channels):
-            if channel.state_read == POSITION and i not in placed:
-                continue
             names.append((i, channel))
             readings.append(np.count_nonzero(np.isfinite(axis.reading[axis.channel == c])))
             integral = 2 * len(axes) + placed.index(i) if i in placed else -1
