@@ -249,6 +249,8 @@ def _cleaned(dive: Dive, least_s: float) -> tuple[Dive, tuple[str, ...], tuple[S
     refuse_short_runs(dive)
     dive, still = without_still_velocity(dive)
     dive, spiky = without_spikes(dive)
+    if dive.attitude is not None:
+        dive = replace(dive, attitude=dive.attitude.finite())
     return dive, still, spiky
 
 

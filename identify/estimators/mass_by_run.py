@@ -1,6 +1,6 @@
 """Whether runs that are taken for one vehicle respond alike: a mass by each run's own readings."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +20,7 @@ LEAST_RATIO = 1.25
 CLEAR_SCORE, LEAST_SHARE = 6.0, 0.8
 """Standard errors by which two kinds are apart, and the share of all scatter of the runs that lies between them."""
 VAGUE = 1.0
-"""Standard deviation of the logarithm of a mass or a damping of a single run, before its readings."""
+"""Standard deviation of the logarithm of a mass or a drag of a single run, before its readings."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +61,7 @@ def kinds_of_runs(problem: AxisLikelihood, theta: Array, runs: Sequence[Run]) ->
     if len(problem.axis.runs) < FEWEST_RUNS:
         return None
     shifts, precisions = np.array([
-        _word_of_run(rows.tolist(), gradient, information)
+        _word_of_run(rows.tolist(), gradient, information, {MASS, DAMPING, problem.quadratic_index})
         for rows, gradient, information in problem.score_by_run(theta)
     ]).T  # fmt: skip
     kinds = split(shifts, precisions, np.log(LEAST_RATIO))
@@ -73,9 +73,12 @@ def kinds_of_runs(problem: AxisLikelihood, theta: Array, runs: Sequence[Run]) ->
     return Kinds(tuple(names), float(np.exp(kinds[1])), len(runs))
 
 
-def _word_of_run(rows: Sequence[int], gradient: Array, information: Array) -> tuple[float, float]:
-    """Step of the log mass by a run's own readings, with a damping and a trim of its own, and its precision."""
-    prior = np.array([VAGUE**-2 if row in (MASS, DAMPING) else 0.0 for row in rows])
+def _word_of_run(
+    rows: Sequence[int], gradient: Array, information: Array, of_hull: Collection[int]
+) -> tuple[float, float]:
+    """Step of the log mass by a run's own readings, with a drag and a trim of its own, and its precision; `of_hull`
+    are the rows of mass and drag."""
+    prior = np.array([VAGUE**-2 if row in of_hull else 0.0 for row in rows])
     covariance = np.linalg.pinv(information + np.diag(prior), hermitian=True)
     index = rows.index(MASS)
     return float(covariance[index] @ gradient), float(1.0 / covariance[index, index])

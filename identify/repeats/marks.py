@@ -138,8 +138,8 @@ FEWEST: Final = 20
 class Usual:
     """Accepted runs. mean (5,) and scatter (5, 5) of their marks (MARKS, in UNITS), of `count` runs.
 
-    voltage_v: mean voltage of those that tell it, at which the vehicle file's thrust holds; NaN if none does. thrust_n (k,): mean thrust
-    of each thruster.
+    voltage_v: mean voltage of those that tell it, at which the vehicle file's thrust holds; NaN if none does.
+    thrust_n (k,): mean thrust of each thruster.
     """
 
     mean: Array

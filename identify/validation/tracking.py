@@ -207,8 +207,10 @@ def phases(velocity: Array, slope: Array) -> Phases:
 
 
 def delay(reference: Signal, response: Signal) -> float:
-    """Lag of `response` (n, 1) behind `reference`, s, at their highest correlation; NaN if undefined, as for a reference
-    that changes within LATEST_S of its beginning alone."""
+    """Lag of `response` (n, 1) behind `reference`, s, at their highest correlation.
+
+    NaN if undefined, as for a reference that changes within LATEST_S of its beginning alone.
+    """
     start = max(reference.time_s[0], response.time_s[0]) + LATEST_S
     end = min(reference.time_s[-1], response.time_s[-1]) + EARLIEST_S
     time_s = np.arange(start, end, LAG_STEP_S)

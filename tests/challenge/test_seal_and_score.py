@@ -2,8 +2,8 @@
 
 import hashlib
 import json
-from pathlib import Path
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 

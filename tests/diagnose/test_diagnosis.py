@@ -135,6 +135,15 @@ def test_a_dive_without_velocity_is_judged_by_its_turning_and_its_depth(case):
     assert "I_r" in diagnosis.numbers
 
 
+def test_an_attitude_that_is_no_number_counts_as_none(case):
+    dive = dive_of(case)
+    value = dive.attitude.value.copy()
+    value[100] = np.nan
+    broken = diagnosed(case, QUADRATIC_DRAG, dive=replace(dive, attitude=Signal(dive.attitude.time_s, value)))
+    assert [finding.name for finding in broken.findings] == ["quadratic_drag"]
+    assert np.isfinite(broken.gap.before)
+
+
 def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_curve(case):
     dive = replace(dive_of(case), pwm=None, rpm=None, velocity_is_filtered=True)
     diagnosis = diagnosed(case, DEAD_ZONE, QUADRATIC_DRAG, dive=dive)

@@ -132,6 +132,16 @@ def test_the_gradient_by_quadratic_drag_is_that_of_the_likelihood(problem):
     assert gradient[problem.quadratic_index] == pytest.approx(slope, rel=0.02)
 
 
+def test_each_run_tells_of_quadratic_drag_once_and_all_runs_together_as_the_dive_does(problem):
+    theta = problem.prior_mean
+    ((rows, gradient, information),) = problem.score_by_run(theta)
+    assert len({*rows.tolist()}) == len(rows)
+    assert problem.quadratic_index in rows
+    whole, information_of_whole = problem.score(theta)
+    assert gradient == pytest.approx(whole[rows])
+    assert information == pytest.approx(information_of_whole[np.ix_(rows, rows)])
+
+
 def test_a_hull_whose_damping_is_quadratic_has_no_linear_one_and_says_so(squared):
     assert squared["X_uu"].low95 < 200.0 < squared["X_uu"].high95
     assert squared.outcome is Outcome.CONVERGED

@@ -99,11 +99,8 @@ class AxisLikelihood:
         size = len(theta) + len(dofs)
         gradient, information = np.zeros(size), np.zeros((size, size))
         for rows, of_run, information_of_run in self.score_by_run(theta, dofs):
-            # A parameter has two rows where it acts in two ways, as quadratic drag does: their sum.
-            parts = np.zeros((size, len(rows)))
-            parts[rows, range(len(rows))] = 1.0
-            gradient += parts @ of_run
-            information += parts @ information_of_run @ parts.T
+            gradient[rows] += of_run
+            information[np.ix_(rows, rows)] += information_of_run
         mean, precision = self.word
         mass = np.exp(theta[MASS])
         gradient[MASS] -= mass * precision * (mass - mean)
@@ -131,8 +128,11 @@ class AxisLikelihood:
         for k, (of_run, information_of_run) in enumerate(scored):
             if not (np.isfinite(of_run).all() and np.isfinite(information_of_run).all()):
                 raise np.linalg.LinAlgError("the information is no number")
-            rows = [*curved, *slope, FORCES + self.axis.trim_of_run[k], *shapes]
-            yield np.array(rows, dtype=np.intp), of_run, information_of_run
+            ways = [*curved, *slope, FORCES + self.axis.trim_of_run[k], *shapes]
+            # A parameter that acts in two ways, as quadratic drag does, has the sum of both.
+            rows, of_way = np.unique(np.array(ways, dtype=np.intp), return_inverse=True)
+            parts = np.equal.outer(np.arange(len(rows)), of_way).astype(np.float64)
+            yield rows, parts @ of_run, parts @ information_of_run @ parts.T
 
     def _scored_runs(
         self, theta: Array, points: Array, tables: Array, dofs: Sequence[int]
