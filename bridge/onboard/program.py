@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from bridge.signing.link import Trouble
     from bridge.vehicle.config import Vehicle
 
-OPTIONS: Final = "--vehicle ruvifist:hovering --link serial:/dev/ttyS0:115200"
+OPTIONS: Final = "--vehicle ruvifist:hovering --link serial:/dev/ttyS0:921600"
 MEGABYTE: Final = 1_000_000
 TOTAL_MB: Final = 1000
 SEGMENT_MB: Final = 4

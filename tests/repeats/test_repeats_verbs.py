@@ -75,7 +75,7 @@ def test_runs_of_another_manoeuvre_are_left_out_and_told(place, sound, tmp_path,
         == exit_codes.DONE
     )
     said = " ".join(capsys.readouterr().out.split())
-    assert "1 more do not go from rest into a steady push, and were left out." in said
+    assert "1 more does not go from rest into a steady push, and was left out." in said
 
 
 def test_they_have_no_page_and_no_model_to_accept(place, sound, tmp_path, capsys):

@@ -124,8 +124,11 @@ def run_repeats(arguments: argparse.Namespace, reading: Reading, usual: Usual) -
     dive = reading.dive
     judged = judge(runs_as_dives(dive), reading.file, reading.configuration, usual)
     left_out = len(runs_as_dives(dive)) - judged.runs
+    do, were = ("does", "was") if left_out == 1 else ("do", "were")
     unlike = (
-        (f"{left_out} more do not go from rest into a steady push, and were left out.",) if left_out else ()
+        (f"{left_out} more {do} not go from rest into a steady push, and {were} left out.",)
+        if left_out
+        else ()
     )
     said = (*sentences(judged), *unlike, *(f"{remark}." for remark in reading.remarks), *dive.notes)
     with Files() as files:
