@@ -36,6 +36,8 @@ from gcs_plugin.flying.run import Outcome, PlanFlight, Progress, Wanted
 from tui import links, show
 from tui.flight_recording import Alongside, RecordedHere, RecordedThere, recorded_crew
 
+MOST_OF_A_KEY: Final = 1024
+"""Characters read at once: more than any key sends."""
 NUMBERS: Final = 1 << 22
 """Orders are numbered from a number that no other flight of these weeks used: a float32 holds it exactly."""
 
@@ -247,7 +249,8 @@ def end_key() -> Iterator[Any]:
         if reader is not None and os.getppid() != reader:
             count, reader = count + 1, None
         if terminal and select.select([sys.stdin], [], [], 0.0)[0]:
-            count += len(os.read(sys.stdin.fileno(), 1))
+            # All at once: an arrow or a function key is several characters, and one press.
+            count += bool(os.read(sys.stdin.fileno(), MOST_OF_A_KEY))
         return count > 0
 
     try:
