@@ -130,8 +130,9 @@ class Scripted:
 class Water:
     """A plan flown by the simulated vehicle, with scripted identifications."""
 
-    def __init__(self, folder, *answers, plan=None, share=0.05):
+    def __init__(self, folder, *answers, plan=None, share=0.05, armed=False):
         self.link, self.clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
+        self.link.vehicle.bridge.armed = armed
         self.words, self.identifying = [], Scripted(*answers)
         self.crew, self.recorder, self.folder = recorded_crew(
             self.link, FILE, "hovering", folder, self.clock, self.words.append
@@ -160,9 +161,11 @@ class Water:
         return [word for word in self.words if word.startswith("flies")]
 
 
-def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_path):
+@pytest.mark.parametrize("armed", [False, True])
+def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_path, armed):
     known = dict.fromkeys(("M_u", "I_r", "D_u", "D_r"), 0.01)
-    water = Water(tmp_path, {}, known, plan=flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, YAW])).fly()
+    plan = flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, YAW])
+    water = Water(tmp_path, {}, known, plan=plan, armed=armed).fly()
     outcome = water.flight.outcome
     assert (outcome.end, outcome.all_known, outcome.pieces) == (End.FINISHED, True, 2)
     assert water.state is State.IDLE
