@@ -14,7 +14,7 @@ from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError
 from bridge.reports import ERROR, Report, line
 from bridge.wire.framing import Encoder, frame_at
-from gcs_plugin.recording.state import Holding
+from gcs_plugin.recording.state import HeardVehicle, Holding
 from tui import cli
 from tui.app import recorder
 from tui.app.connecting import Choice, ways
@@ -264,6 +264,17 @@ def test_off_of_a_vehicle_that_is_looked_at_does_not_turn_to_the_one_that_is_rec
     with pytest.raises(LinkError, match="is recorded already, and the app goes by one recording"):
         goes_by.record()
     assert (begun, len(station.changed), goes_by.link()) == ([], 1, "tcp:sub:5777")
+
+
+@pytest.mark.parametrize("named", [(), ("udpin:127.0.0.1:14550",)])
+def test_off_by_a_link_that_is_looked_at_waits_for_no_vehicle_of_a_recording_of_others(named, running):
+    clock = SystemClock()
+    running(replace(HOLDING, vehicles=(HeardVehicle(7, 191, holds=True, heard_unix_s=clock.unix_s()),)))
+    goes_by = connection(*named, clock=clock)
+    goes_by.station = FakeStation()
+    assert goes_by.switch(()).waits_for == (7,)
+    goes_by.connect(Choice("tcp:sub:5777", records=False))
+    assert goes_by.switch(()).waits_for == ()
 
 
 def test_an_order_to_the_recording_of_a_second_vehicle_does_not_go_to_that_of_the_first(running, monkeypatch):
