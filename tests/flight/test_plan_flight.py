@@ -35,7 +35,7 @@ from gcs_plugin.feedforward.off_orders import OffMarks
 from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, known_so_far
-from gcs_plugin.peers import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import write_holding
@@ -295,6 +295,15 @@ def test_how_a_flight_went_stands_among_the_stamps_of_its_dive_though_the_clock_
         assert event.utc[:10] == utc_text(began_s)[:10]
 
 
+class BesideAStation(Wrapper):
+    """A link on which another ground station beats."""
+
+    station = Encoder(255, 230)
+
+    def read(self, timeout_s):
+        return self._link.read(timeout_s) + self.station.encode(ground_heartbeat())
+
+
 def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_path):
     vehicle = FakeVehicle()
     crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
@@ -303,9 +312,10 @@ def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_p
     ):
         crew.find(5)
     vehicle.mute = True
-    crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
-    with pytest.raises(LinkError, match="no vehicle within 5 s"):
-        crew.find(5)
+    for link in (vehicle, BesideAStation(vehicle)):
+        crew, _, _ = recorded_crew(link, FILE, "hovering", tmp_path, vehicle.clock, print)
+        with pytest.raises(LinkError, match="no vehicle within 5 s"):
+            crew.find(5)
 
 
 def test_beside_an_autopilot_that_is_not_supported_fly_says_so_and_what_works(tmp_path):
