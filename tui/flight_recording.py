@@ -174,7 +174,7 @@ class Alongside:
         self.busy = False
         try:
             widths_now: Widths = self._pipe.recv()
-        except EOFError:
+        except (EOFError, ConnectionResetError):  # the latter where it died before it took what was asked
             return {}
         return widths_now
 

@@ -54,6 +54,16 @@ def test_nothing_is_known_by_one_that_died(tmp_path, monkeypatch):
     alongside.close()
 
 
+def test_nothing_is_known_by_one_that_was_killed_before_it_took_what_was_asked(tmp_path):
+    alongside = flying.Alongside(tmp_path, load_vehicle("bluerov2"), "standard")
+    (worker,) = multiprocessing.active_children()
+    alongside.ask()
+    os.kill(worker.pid, signal.SIGKILL)
+    assert alongside._pipe.poll(STARTS_WITHIN_S)
+    assert alongside.answer() == {}
+    alongside.close()
+
+
 def test_ctrl_c_is_the_flights_alone_also_while_it_starts(tmp_path, monkeypatch):
     """It ended with a page of errors on the screen of a crew that was ending a flight."""
     monkeypatch.setattr(flying, "widths_of", known_at_once)
