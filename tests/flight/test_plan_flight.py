@@ -580,14 +580,23 @@ def forecast(folder, **widths):
     return 0
 
 
-def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, capsys, monkeypatch):
+@pytest.mark.parametrize(
+    ("width", "told", "ways"),
+    [
+        (0.066, "6.6", "--to 7, or about --minutes 25 with a time_s of more than 1500 in the limits"),
+        (0.03011, "3.01", "--to 4, or about --minutes 6"),
+    ],
+)
+def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(
+    files, capsys, monkeypatch, width, told, ways
+):
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
-    monkeypatch.setattr(calibrate, "step", lambda *_, **__: forecast(files / "dives", D_u=0.066))
+    monkeypatch.setattr(calibrate, "step", lambda *_, **__: forecast(files / "dives", D_u=width))
     assert cli.main(CALIBRATE) == 1
     said = " ".join(capsys.readouterr().out.split())
     assert (
-        "nothing was sent: all of this plan tells D_u to 6.6 % alone, and --to asks for 3 %: give --to 7, or about "
-        "--minutes 25 with a time_s of more than 1500 in the limits, or wider limits, or --know M_u"
+        f"nothing was sent: all of this plan tells D_u to {told} % alone, and --to asks for 3 %: give {ways}, or "
+        "wider limits, or --know M_u"
     ) in said
 
 
