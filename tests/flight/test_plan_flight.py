@@ -12,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
 from fakes.telling import telling
 from fakes.vehicle import FakeVehicle
 from ideal import LIMITS
@@ -394,6 +395,19 @@ def test_a_plan_outside_of_the_limits_depth_is_not_flown(files, capsys):
     (files / "limits.yaml").write_text(LIMIT_FILE.replace("shallowest_m: 0.1", "shallowest_m: 2"))
     assert cli.main(command("--armed")) == 2
     assert "the plan begins at 1.5 m of depth, and the limits are 2 to 4 m" in capsys.readouterr().err
+
+
+def test_of_a_hull_without_linear_damping_the_flight_asks_for_the_masses_alone(files, capsys):
+    """It asked for what no dive tells: the whole plan was flown, and nothing was ever uploaded."""
+    vehicle = yaml.safe_load(FILE.path.read_text())
+    hull = vehicle["configurations"]["hovering"] | {"damping": "quadratic", "model": {"X_uu": 30.0}}
+    (files / "hull.yaml").write_text(yaml.safe_dump(vehicle | {"configurations": {"hovering": hull}}))
+    asked = [word.replace("ruvifist:hovering", "hull.yaml") for word in command("--json", "out.json")]
+    assert cli.main(asked) == 0
+    assert json.loads((files / "out.json").read_text())["know"] == ["M_u"]
+    assert cli.main([*asked, "--know", "M_u", "D_u"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--know D_u: hull.yaml has damping: quadratic, and no linear damping to tell; leave it out" in said
 
 
 def on_a_simulated_vehicle(monkeypatch, *answers):

@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
             return code
     flight_plan = load_plan(plan)
     fly.check_made_for(file, plan, flight_plan)
-    wanted = fly.wanted_of(arguments, flight_plan)
+    wanted = fly.wanted_of(arguments, file, flight_plan)
     console = show.results(arguments.json)
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)

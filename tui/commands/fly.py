@@ -29,6 +29,7 @@ from bridge.flight.flight import COUNTDOWN_S, End
 from bridge.flight.limits import FlightLimits, load_limits
 from bridge.links import secured
 from bridge.reports import Report
+from bridge.vehicle.coefficients import DAMPINGS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.flying.plan import FlightPlan, load_plan
@@ -47,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     plan = load_plan(file_of_plan)
     file = load_vehicle(arguments.vehicle)
     check_made_for(file, file_of_plan, plan)
-    wanted = wanted_of(arguments, plan)
+    wanted = wanted_of(arguments, file, plan)
     console = show.results(arguments.json)
     for table in shown(plan, limits, wanted):
         show.put(console, table)
@@ -73,13 +74,20 @@ def check_made_for(file: VehicleFile, file_of_plan: Path, plan: FlightPlan) -> N
         )
 
 
-def wanted_of(arguments: argparse.Namespace, plan: FlightPlan) -> Wanted:
-    """The coefficients asked for. Raises UsageError for any that the plan does not tell."""
-    names = tuple(arguments.know or plan.coefficients)
-    unknown = [name for name in names if name not in plan.coefficients]
+def wanted_of(arguments: argparse.Namespace, file: VehicleFile, plan: FlightPlan) -> Wanted:
+    """The coefficients asked for. Raises UsageError for any that the plan does not tell of this hull."""
+    shape = file.vehicle.configurations[file.configuration_chosen()]
+    absent = [damping.name for damping in DAMPINGS] if shape.damping == "quadratic" else []
+    tells = tuple(name for name in plan.coefficients if name not in absent)
+    names = tuple(arguments.know or tells)
+    if lacks := [name for name in names if name in absent]:
+        raise UsageError(
+            f"--know {' '.join(lacks)}: {file.path} has damping: quadratic, and no linear damping to tell; leave it out"
+        )
+    unknown = [name for name in names if name not in tells]
     if unknown:
         raise UsageError(
-            f"--know {' '.join(unknown)}: the plan tells {', '.join(plan.coefficients)} alone; plan other axes"
+            f"--know {' '.join(unknown)}: the plan tells {', '.join(tells)} alone; plan other axes"
         )
     if not COUNTDOWN_S[0] <= arguments.countdown <= COUNTDOWN_S[1]:
         raise UsageError(
