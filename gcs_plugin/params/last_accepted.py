@@ -194,16 +194,20 @@ def rolled_back(receipts: Path, system: int | None = None) -> PastUpload | None:
 
 def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
     """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
-    the values on the vehicle.
+    the values on its vehicle.
     """
-    held: set[str] = set()
+    held: dict[int, set[str]] = {}
+    settled: set[int] = set()
     for kept in reversed(kept_in(receipts, system)):
-        if kept.outcome is Outcome.BEGUN:
-            return None if held >= set(kept.written) else kept
+        if kept.system in settled:
+            continue
+        of_vehicle = held.setdefault(kept.system, set())
+        if kept.outcome is Outcome.BEGUN and not of_vehicle >= set(kept.written):
+            return kept
         if kept.outcome is Outcome.SAME and not kept.restores:
-            held |= set(kept.targets)
+            of_vehicle |= set(kept.targets)
         elif kept.outcome not in _AS_BEFORE:
-            return None
+            settled.add(kept.system)
     return None
 
 
@@ -221,7 +225,7 @@ def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
         elif kept.outcome in _HELD:
             back_to = Path(kept.restores).name.removesuffix(BEFORE)
             place = next((n for n, upload in enumerate(begun) if upload.time == back_to), 0)
-            taken = {upload.time for upload in begun[place:]}
+            taken = {upload.time for upload in begun[place:] if upload.system == kept.system}
             standing = [upload for upload in standing if upload.time not in taken]
     return standing
 

@@ -296,6 +296,25 @@ def test_the_model_in_force_is_that_of_the_newest_upload_that_stands(tmp_path):
     assert in_force(receipts.path, "ruvifist", "hovering").sidecar.foretold == ()
 
 
+def test_a_roll_back_of_one_vehicle_takes_back_nothing_of_another(receipts):
+    other = dataclasses.replace(SIDECAR, vehicle="bluerov2", configuration="standard")
+    before = receipts.keep(FF1_M_U=100.0)
+    receipts.keep(system=2, sidecar=other, FF0_M_U=16.0)
+    receipts.keep(restores=str(before), FF1_M_U=1.0)
+    assert in_force(receipts.path, "ruvifist") is None
+    assert in_force(receipts.path, "bluerov2").sidecar.configuration == "standard"
+    assert receipts.accepted() == receipts.accepted(2) == {"FF0_M_U": 16.0}
+
+
+def test_an_upload_to_one_vehicle_settles_no_unfinished_one_to_another(receipts):
+    cut = receipts.keep(Outcome.BEGUN, FF1_M_U=100.0)
+    receipts.keep(system=2, FF0_M_U=16.0)
+    assert unfinished(receipts.path).preimage == cut
+    assert unfinished(receipts.path, 2) is None
+    receipts.keep(FF1_M_U=100.0)
+    assert unfinished(receipts.path) is None
+
+
 def test_a_model_that_was_sent_again_is_in_force_since_it_was_sent_first(tmp_path):
     receipts = Receipts(tmp_path / "receipts")
     receipts.keep(FF1_M_U=100.0)
