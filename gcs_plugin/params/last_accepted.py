@@ -67,10 +67,11 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, complete: bool) -> 
     return path
 
 
-def last_accepted(receipts: Path, system: int | None = None) -> dict[str, AcceptedValue]:
+def last_accepted(receipts: Path, system: int | None = None, vehicle: str = "") -> dict[str, AcceptedValue]:
     """Last accepted value of each parameter, by id, from the files in the folder `receipts`.
 
-    `system` restricts them to a MAVLink system. Files that can't be read are left out.
+    `system` restricts them to a MAVLink system, `vehicle` to those that are of no other vehicle by the name in its
+    file. Files that can't be read are left out.
     """
     accepted: dict[str, AcceptedValue] = {}
     for kept in _standing(receipts, system):
@@ -79,11 +80,20 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
             values, sidecar = read_parameters(path), read_sidecar(path)
         except ParamError:
             continue
+        if vehicle and sidecar is not None and sidecar.vehicle not in ("", vehicle):
+            continue
         intervals = sidecar.intervals if sidecar is not None else {}
         accepted |= {
             name: AcceptedValue(value, intervals.get(name), kept.time) for name, value in values.items()
         }
     return accepted
+
+
+def accepted_of(file: Path, receipts: Path) -> dict[str, AcceptedValue]:
+    """`last_accepted` of the vehicle that a parameter file is of, by its sidecar. Raises ParamRejected for a damaged
+    one."""
+    sidecar = read_sidecar(file)
+    return last_accepted(receipts, vehicle="" if sidecar is None else sidecar.vehicle)
 
 
 def accepted_values(receipts: Path, system: int) -> dict[str, float]:
