@@ -562,6 +562,7 @@ def test_a_recording_that_ends_in_mid_flight_ends_the_verb_and_the_vehicle_goes_
         "has ended; begin another, and ask again; a vehicle under way goes back by itself"
         in capsys.readouterr().err
     )
+    assert "flight: its end was not heard" in (hub.folders[1].path / "dive.yaml").read_text()
     end_s = hub.clock.boot_s() + 100.0
     while flight.state is not State.IDLE and hub.clock.boot_s() < end_s:
         link.read(0.05)

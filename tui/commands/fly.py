@@ -109,7 +109,7 @@ def flown(
         )
     clock, words = clocks.SystemClock(), show.words()
     recording = _recording(arguments, file, configuration, clock, partial(tell, words))
-    crew, outcome, identifying = recording.crew, Outcome(), None
+    crew, how, identifying = recording.crew, "not begun", None
     try:
         crew.find(int(clock.unix_s()) % NUMBERS + 1, arguments.system)
         if crew.veh_cfg is not None and crew.veh_cfg != file.vehicle.veh_cfg(configuration):
@@ -120,7 +120,6 @@ def flown(
         folder = recording.begin()
         identifying = Alongside(folder.path, file, configuration)
         flight = PlanFlight(crew, plan, limits, wanted, identifying, partial(tell, words), follower(wanted))
-        outcome = flight.outcome
         with end_key() as pressed:
             if not reports.asked(os.environ):  # another program has an end key of its own
                 show.say(
@@ -129,17 +128,19 @@ def flown(
                     "touch",
                 )
             flight.begin(arguments.countdown)
+            how = "its end was not heard"
             while not flight.over:
                 if pressed():
                     flight.key()
                 flight.step()
+            how = flight.outcome.words
     except LinkLost as error:
         raise LinkLost(f"{error}; a vehicle under way goes back by itself") from None
     finally:
         if identifying is not None:
             identifying.close()
-        recording.end(f"flight: {outcome.words or 'not begun'}")
-    return outcome, folder
+        recording.end(f"flight: {how}")
+    return flight.outcome, folder
 
 
 def _recording(
