@@ -362,13 +362,13 @@ def test_the_dives_of_the_present_folder_are_shown_where_there_is_no_folder_of_d
 
 
 def test_the_ways_are_recordings_then_ports_then_addresses_and_what_is_recorded_stands_once():
-    second = replace(HOLDING, links=("serial:/dev/ttyUSB0:115200",))
+    second = replace(HOLDING, links=("serial:/dev/ttyUSB0:57600",))
     offered = ways(
         [HOLDING, second], [("/dev/ttyUSB0", "DVL"), ("/dev/ttyACM0", "")], ["127.0.0.1", "192.168.2.1"]
     )
     assert [(way.link, way.recorded, way.others) for way in offered] == [
         ("udpin:127.0.0.1:14550", True, False),
-        ("serial:/dev/ttyUSB0:115200", True, True),
+        ("serial:/dev/ttyUSB0:57600", True, True),
         ("serial:/dev/ttyACM0:115200", False, False),
         ("udpin:192.168.2.1:14550", False, False),
     ]
