@@ -84,12 +84,14 @@ class Job:
             self._stream.close()
 
     def _read(self) -> None:
+        # Workers that outlive the command hold the pipe open: the command's own end counts. What it said last is in the
+        # pipe by then, and read below.
+        is_over = self._process.poll() is not None
         while not self._ended:
             try:
                 data = os.read(self._out, READ_BYTES)
             except BlockingIOError:
-                # Workers that outlive the command hold the pipe open: the command's own end counts.
-                self._ended = self._process.poll() is not None
+                self._ended = is_over
                 return
             self._ended = not data
             self._partial += data

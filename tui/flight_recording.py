@@ -6,6 +6,7 @@ flight's own, and afterwards in another.
 
 import os
 import shutil
+import signal
 import threading
 import time
 from collections.abc import Callable
@@ -151,7 +152,12 @@ class Alongside:
         self._pipe, theirs = context.Pipe()
         of = dive, str(file.path), configuration
         self._worker = context.Process(target=_aside, args=(theirs, widths_of, of), daemon=True)
-        self._worker.start()  # its imports take seconds, which pass during the countdown
+        # The flight has Ctrl-C: it ignores that from its first instruction on, as its parent does at this moment.
+        before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+        try:
+            self._worker.start()  # its imports take seconds, which pass during the countdown
+        finally:
+            signal.signal(signal.SIGINT, before)
         theirs.close()
         self.busy = False
 
@@ -168,7 +174,7 @@ class Alongside:
         self.busy = False
         try:
             widths_now: Widths = self._pipe.recv()
-        except EOFError:
+        except (EOFError, ConnectionResetError):  # the latter where it died before it took what was asked
             return {}
         return widths_now
 
@@ -180,11 +186,7 @@ class Alongside:
 
 
 def _aside(pipe: Connection, work: Callable[[Path, str, str], Widths], of: tuple[Path, str, str]) -> None:
-    """Answer until the flight's end of the pipe is closed. The flight has the first word on the processor, and
-    Ctrl-C."""
-    import signal
-
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """Answer until the flight's end of the pipe is closed. The flight has the first word on the processor."""
     if hasattr(os, "nice"):
         os.nice(10)
     with suppress(EOFError):

@@ -24,7 +24,7 @@ from gcs_plugin.watch.picture import (
     Trace,
 )
 from tui import show
-from tui.app.drawing import SHOWN_IN, cut
+from tui.app.drawing import SHOWN_IN, cut, left
 
 LINE = 110
 """Characters of a line in a pipe, behind its time."""
@@ -113,12 +113,12 @@ def recording_words(holding: Holding | None) -> str:
     """Whether a recording runs, and how long the disk will last."""
     if holding is None:
         return "NOT RECORDING"
-    left = f"  {holding.disk_left_s / 3600:.0f} h left" if math.isfinite(holding.disk_left_s) else ""
+    lasts = f"  {left(holding.disk_left_s)}" if math.isfinite(holding.disk_left_s) else ""
     lost = f"  {holding.lost} LOST" if holding.lost else ""
     refused = f"  {holding.refused}" if holding.refused else ""
     if holding.unwritten:
         return f"NOT WRITTEN: {holding.unwritten}  {holding.waiting} frames wait{lost}{refused}"
-    return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{refused}{left}"
+    return f"REC {holding.frames} frames  {holding.bytes / 1e6:.1f} MB{lost}{refused}{lasts}"
 
 
 def trouble(picture: Picture) -> list[str]:

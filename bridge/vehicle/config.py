@@ -151,6 +151,9 @@ class Prior:
 
 Damping = Literal["linear", "quadratic", "both"]
 
+MOST_VEH_CFG = 99_999
+"""With more digits a parameter's name would have more than the 16 characters of MAVLink's: `FF99999_T_VSHARE`."""
+
 
 @dataclass(frozen=True)
 class Configuration:
@@ -190,6 +193,10 @@ class Configuration:
                 f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}"
             )
         _above_zero(model_std=self.model_std)
+        if not 0 <= (self.veh_cfg or 0) <= MOST_VEH_CFG:
+            raise ValueError(
+                f"veh_cfg is a number from 0 to {MOST_VEH_CFG}, which stands in parameters' names; it is {self.veh_cfg}"
+            )
         known = BY_NAME if self.damping == "linear" else OF_HULL
         for key, names in (("model", self.model), ("priors", self.priors)):
             for name in names:

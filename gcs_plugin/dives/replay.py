@@ -3,7 +3,9 @@
 from array import array
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from itertools import chain
 from pathlib import Path
+from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError
@@ -11,6 +13,20 @@ from bridge.wire.framing import Frame, frame_at, unchecked_frame_at
 from bridge.wire.tlog import Record, of_those_that_hold_frames, read_tlog
 
 LONGEST_WAIT_S = 0.1
+LATE_US: Final = 500_000
+"""A stamp may run back so far: that of a frame that came late. By more, the recorder's clock was set back."""
+
+
+def onward(records: Iterable[Record]) -> Iterator[Record]:
+    """The records with stamps that never run back: where the clock was set back, all that follows is as much later."""
+    newest_us: int | None = None
+    set_back_us = 0
+    for stamp_us, frame in records:
+        if newest_us is not None and stamp_us + set_back_us < newest_us - LATE_US:
+            set_back_us = newest_us - stamp_us
+        later_us = stamp_us + set_back_us
+        newest_us = later_us if newest_us is None else max(newest_us, later_us)
+        yield newest_us, frame
 
 
 def schedule(
@@ -18,20 +34,15 @@ def schedule(
 ) -> Iterator[tuple[float, Record]]:
     """Yield each record with the time when it is due, s after the first record played.
 
-    `speed` times real time, from `start_s` after the first record. A record whose stamp runs back is due at once.
+    `speed` times real time, from `start_s` after the first record, with stamps as in `onward`.
     """
-    first_us: int | None = None
-    before_us: int | None = None
-    recorded_s = 0.0
-    for record in records:
-        stamp_us = record[0]
+    first_us = played_us = None
+    for stamp_us, frame in onward(records):
         first_us = stamp_us if first_us is None else first_us
         if (stamp_us - first_us) / 1e6 < start_s:
             continue
-        if before_us is not None:
-            recorded_s += max(stamp_us - before_us, 0) / 1e6
-        before_us = stamp_us
-        yield recorded_s / speed, record
+        played_us = stamp_us if played_us is None else played_us
+        yield (stamp_us - played_us) / 1e6 / speed, (stamp_us, frame)
 
 
 def play(
@@ -70,16 +81,14 @@ class Reel:
     def __init__(self, files: Sequence[Path]) -> None:
         self._bytes = bytearray()
         self._begins, self._times_s = array("Q"), array("d")
-        first_us, newest_s = None, 0.0
-        for records in of_those_that_hold_frames(files, read_tlog):
-            for stamp_us, frame in records:
-                first_us = stamp_us if first_us is None else first_us
-                newest_s = max(newest_s, (stamp_us - first_us) / 1e6)
-                self._begins.append(len(self._bytes))
-                self._times_s.append(newest_s)
-                self._bytes += frame.raw
+        first_us = None
+        for stamp_us, frame in onward(chain.from_iterable(of_those_that_hold_frames(files, read_tlog))):
+            first_us = stamp_us if first_us is None else first_us
+            self._begins.append(len(self._bytes))
+            self._times_s.append((stamp_us - first_us) / 1e6)
+            self._bytes += frame.raw
         self.began_unix_s = (first_us or 0) / 1e6
-        self.length_s = newest_s
+        self.length_s = self._times_s[-1] if self._times_s else 0.0
 
     def between(self, start_s: float, end_s: float) -> Iterator[tuple[float, Frame]]:
         """Frames with their times, from `start_s` (included) to `end_s` (excluded)."""

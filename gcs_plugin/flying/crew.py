@@ -121,13 +121,11 @@ class Crew:
         """
         end_s = self.clock.boot_s() + FIND_S
         flying: set[Source] = set()
-        heard: set[Source] = set()
         said_veh_cfg: dict[Source, float] = {}
         while self.clock.boot_s() < end_s:
             for frame in self._step():
                 source = (frame.system, frame.component)
-                if system in (None, source[0]) and source != GROUND_STATION:
-                    heard.add(source)
+                if system in (None, source[0]):
                     reading = decode(frame)
                     if reading is not None and reading.signal == "flight":
                         flying.add(source)
@@ -137,7 +135,8 @@ class Crew:
             raise LinkError(
                 f"{len(flying)} vehicles fly manoeuvres by themselves here; name one with --system"
             )
-        if not flying and heard:
+        heard = self._peers.vehicles(self.clock.boot_s())
+        if not flying and any(system in (None, peer.source[0]) for peer in heard):
             raise LinkError(
                 self._not_supported(system)
                 or "this vehicle flies no manoeuvres by itself: beside ArduSub start seatrial bridge --ardusub, or fly "

@@ -216,10 +216,8 @@ class PlanFlight:
         self.outcome.seconds = now_s - self._begun_s
         if session.failure or session.state is State.IDLE:
             self._landed = session.idle or bool(session.failure)
-        elif end not in (End.KEY, *BLIND) and session.has_armed:
+        elif end not in (End.KEY, *BLIND):
             self._disarm()
-        elif not session.has_armed:
-            self._landed = True
 
     def _disarm(self) -> None:
         if not self._disarming:

@@ -33,7 +33,6 @@ MOST_TRIES: Final = 5
 then missing."""
 ARM: Final[int] = dialect.MAV_CMD_COMPONENT_ARM_DISARM
 _ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
-_BEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _ARRAY: Final[int] = dialect.MAVLINK_MSG_ID_DEBUG_FLOAT_ARRAY
 
 
@@ -73,7 +72,6 @@ class FlightSession:
         self._asked_s: float | None = None
         self.heard: FlightReport | None = None
         self.heard_s = -1e9
-        self.armed = self.has_armed = False
         self._begun = False
         self.failure = ""
 
@@ -110,13 +108,11 @@ class FlightSession:
         return now_s - self.heard_s > SILENT_S
 
     def begin(self, limits: FlightLimits, depth_m: float, countdown_s: float) -> None:
-        """Ask for a flight whose manoeuvres begin at a depth; arms the vehicle if it is not armed."""
+        """Ask for a flight whose manoeuvres begin at a depth, and arm the vehicle."""
         rows = limit_rows(limits, depth_m)
         self._send(LIMITS, rows)
         self._order(Order.BEGIN, checksum(rows), countdown_s, len(rows))
-        self.has_armed = not self.armed
-        if self.has_armed:
-            self._arm(1.0)
+        self._arm(1.0)
         self._begun = True
 
     def fly(self, legs: Sequence[Leg]) -> None:
@@ -173,11 +169,12 @@ class FlightSession:
             reading = decode_reading(frame)
             if reading is not None and reading.signal == "flight":
                 self._on_flight(reading.values, now_s)
-        elif frame.message_id in (_ACK, _BEAT) and (message := decode(frame)) is not None:
-            if frame.message_id == _BEAT:
-                self.armed = bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED)
-            elif message.target_system in (0, GROUND_STATION[0]):
-                self._on_ack(message)
+        elif (
+            frame.message_id == _ACK
+            and (message := decode(frame)) is not None
+            and message.target_system in (0, GROUND_STATION[0])
+        ):
+            self._on_ack(message)
 
     @property
     def _is_current(self) -> bool:

@@ -67,10 +67,11 @@ def keep_accepted(receipt: Receipt, sidecar: Sidecar | None, complete: bool) -> 
     return path
 
 
-def last_accepted(receipts: Path, system: int | None = None) -> dict[str, AcceptedValue]:
+def last_accepted(receipts: Path, system: int | None = None, vehicle: str = "") -> dict[str, AcceptedValue]:
     """Last accepted value of each parameter, by id, from the files in the folder `receipts`.
 
-    `system` restricts them to a MAVLink system. Files that can't be read are left out.
+    `system` restricts them to a MAVLink system, `vehicle` to those that are of no other vehicle by the name in its
+    file. Files that can't be read are left out.
     """
     accepted: dict[str, AcceptedValue] = {}
     for kept in _standing(receipts, system):
@@ -79,11 +80,20 @@ def last_accepted(receipts: Path, system: int | None = None) -> dict[str, Accept
             values, sidecar = read_parameters(path), read_sidecar(path)
         except ParamError:
             continue
+        if vehicle and sidecar is not None and sidecar.vehicle not in ("", vehicle):
+            continue
         intervals = sidecar.intervals if sidecar is not None else {}
         accepted |= {
             name: AcceptedValue(value, intervals.get(name), kept.time) for name, value in values.items()
         }
     return accepted
+
+
+def accepted_of(file: Path, receipts: Path) -> dict[str, AcceptedValue]:
+    """`last_accepted` of the vehicle that a parameter file is of, by its sidecar. Raises ParamRejected for a damaged
+    one."""
+    sidecar = read_sidecar(file)
+    return last_accepted(receipts, vehicle="" if sidecar is None else sidecar.vehicle)
 
 
 def accepted_values(receipts: Path, system: int) -> dict[str, float]:
@@ -194,16 +204,20 @@ def rolled_back(receipts: Path, system: int | None = None) -> PastUpload | None:
 
 def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
     """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
-    the values on the vehicle.
+    the values on its vehicle.
     """
-    held: set[str] = set()
+    held: dict[int, set[str]] = {}
+    settled: set[int] = set()
     for kept in reversed(kept_in(receipts, system)):
-        if kept.outcome is Outcome.BEGUN:
-            return None if held >= set(kept.written) else kept
+        if kept.system in settled:
+            continue
+        of_vehicle = held.setdefault(kept.system, set())
+        if kept.outcome is Outcome.BEGUN and not of_vehicle >= set(kept.written):
+            return kept
         if kept.outcome is Outcome.SAME and not kept.restores:
-            held |= set(kept.targets)
+            of_vehicle |= set(kept.targets)
         elif kept.outcome not in _AS_BEFORE:
-            return None
+            settled.add(kept.system)
     return None
 
 
@@ -221,7 +235,7 @@ def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
         elif kept.outcome in _HELD:
             back_to = Path(kept.restores).name.removesuffix(BEFORE)
             place = next((n for n, upload in enumerate(begun) if upload.time == back_to), 0)
-            taken = {upload.time for upload in begun[place:]}
+            taken = {upload.time for upload in begun[place:] if upload.system == kept.system}
             standing = [upload for upload in standing if upload.time not in taken]
     return standing
 

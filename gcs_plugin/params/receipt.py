@@ -35,6 +35,7 @@ WANTED: Final = "-wanted.param"
 MOST_UPLOADS: Final = 2**53
 """A receipt with a larger number was not written by this program."""
 _LARGEST_CRC: Final = 2**32 - 1
+_LARGEST_SYSTEM: Final = 255
 _UNTOUCHED: Final = (Outcome.SAME, Outcome.NOT_SENT)
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d{6}Z(-\d+)?")
 
@@ -235,7 +236,7 @@ def _keep(receipt: Receipt) -> None:
 class PastUpload:
     """A receipt as read back: `targets` are those of all its lines, `written` of the lines that say BEGUN.
 
-    `wrote` names the lines that it wrote or put in force, or may have.
+    `wrote` names the lines that it wrote or put in force, or may have. `system` is the vehicle's.
     """
 
     preimage: Path
@@ -246,6 +247,7 @@ class PastUpload:
     written: Mapping[str, float]
     active_crc: int | None
     wrote: frozenset[str] = frozenset()
+    system: int = 1
 
     @property
     def time(self) -> str:
@@ -278,7 +280,8 @@ def _read(path: Path, system: int | None) -> PastUpload | None:
         return None
     try:
         data: Any = from_json(read_small(path))
-        if system not in (None, data["vehicle"]["system"]):
+        its_system = _whole(data["vehicle"]["system"], _LARGEST_SYSTEM)
+        if system not in (None, its_system):
             return None
         crc, lines = data.get("active_crc"), data.get("parameters", ())
         targets = {str(line["name"]): float32.rounded(line["target"]) for line in lines}
@@ -293,6 +296,7 @@ def _read(path: Path, system: int | None) -> PastUpload | None:
             {name: value for name, value in targets.items() if name in begun},
             None if crc is None else _whole(crc, _LARGEST_CRC),
             frozenset(name for name, outcome in outcomes.items() if outcome not in _UNTOUCHED),
+            its_system,
         )
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

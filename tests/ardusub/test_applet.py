@@ -394,6 +394,16 @@ def test_the_first_deploy_of_all_says_what_the_autopilot_holds_after_its_reboot(
     assert "script in scripts: that of the vehicle file" in capsys.readouterr().out
 
 
+def test_the_command_asks_before_it_removes_from_a_wiring_that_does_not_fit_too(
+    seatrial, fake, tmp_path, capsys
+):
+    deployed(fake, tmp_path)
+    fake.parameters["SERVO3_FUNCTION"] = 96.0
+    assert seatrial("applet remove --vehicle bluerov2") == exit_codes.BAD_INPUT
+    assert "give --yes to remove without asking" in " ".join(capsys.readouterr().err.split())
+    assert deployment(fake).look().there is not None
+
+
 def test_the_command_refuses_a_wiring_that_freezes(seatrial, fake, tmp_path, capsys):
     fake.parameters["SERVO10_FUNCTION"] = 95.0
     assert seatrial(f"applet deploy --vehicle bluerov2 --receipts {tmp_path}") != exit_codes.DONE

@@ -11,11 +11,12 @@ from bridge import exit_codes
 from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
 from bridge.wire.framing import Encoder
-from bridge.wire.tlog import read_tlog
+from bridge.wire.tlog import STAMP, TlogWriter, read_tlog
 from gcs_plugin.dives.folder import About
 from gcs_plugin.dives.split_recording import RecordedDives
 from gcs_plugin.recording.recorder import Recorder
 from tui import cli
+from tui.commands import doctor
 from tui.commands.record import RecordingState
 from tui.links import known_now
 
@@ -108,4 +109,20 @@ def test_the_next_dive_is_named_after_its_own_stamps(set_by_s):
     sea.recorder.close()
     assert first.path.name < second.path.name
     stamps = [stamp for dive in (first, second) for stamp, _ in read_tlog(dive.path / "telemetry.tlog")]
+    assert all(after - before == 1_000_000 for before, after in pairwise(stamps))
+
+
+@days
+def test_the_recording_of_a_wet_check_goes_on_evenly(set_by_s, tmp_path):
+    clock, vehicle, (near, far) = SimulatedClock(), Encoder(1, 1), memory_pair()
+    with TlogWriter(tmp_path / "telemetry.tlog") as writer:
+        checked = doctor.Recorded(near, writer, clock)
+        for second in range(4):
+            clock.advance_to(float(second))
+            clock.unix_at_boot_s += set_by_s * (second == 2)
+            far.write(vehicle.encode(dialect.MAVLink_system_time_message(0, 1 + second)))
+            checked.read(0.0)
+    data = (tmp_path / "telemetry.tlog").read_bytes()
+    each = len(data) // 4
+    stamps = [STAMP.unpack_from(data, n * each)[0] for n in range(4)]
     assert all(after - before == 1_000_000 for before, after in pairwise(stamps))

@@ -123,6 +123,15 @@ def test_replay_starts_where_it_is_told(recording, far_end):
     assert everything(far_end) == b"".join(attitudes(100)[90:])
 
 
+def test_replay_of_a_dive_whose_clock_was_set_back_sends_every_frame(tmp_path, far_end):
+    path, frames = tmp_path / "a.tlog", attitudes(40)
+    with TlogWriter(path) as writer:
+        for n, raw in enumerate(frames):
+            writer.write(round(1.79e15 + n * 5e4 - 3.6e9 * (n >= 20)), raw)
+    assert cli.main(["replay", str(path), "--link", "any", "--speed", "1e6"]) == exit_codes.DONE
+    assert everything(far_end) == b"".join(frames)
+
+
 def test_replay_from_beyond_the_end_says_how_long_the_dive_is(recording, far_end, capsys):
     code = cli.main(["replay", str(recording), "--link", "any", "--from", "1000"])
     assert code == exit_codes.BAD_INPUT

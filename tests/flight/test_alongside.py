@@ -2,6 +2,7 @@
 
 import multiprocessing
 import os
+import signal
 import threading
 
 from bridge.vehicle.config import load_vehicle
@@ -50,4 +51,26 @@ def test_nothing_is_known_by_one_that_died(tmp_path, monkeypatch):
     alongside.ask()
     assert alongside._pipe.poll(STARTS_WITHIN_S)
     assert alongside.answer() == {}
+    alongside.close()
+
+
+def test_nothing_is_known_by_one_that_was_killed_before_it_took_what_was_asked(tmp_path):
+    alongside = flying.Alongside(tmp_path, load_vehicle("bluerov2"), "standard")
+    (worker,) = multiprocessing.active_children()
+    alongside.ask()
+    os.kill(worker.pid, signal.SIGKILL)
+    assert alongside._pipe.poll(STARTS_WITHIN_S)
+    assert alongside.answer() == {}
+    alongside.close()
+
+
+def test_ctrl_c_is_the_flights_alone_also_while_it_starts(tmp_path, monkeypatch):
+    """It ended with a page of errors on the screen of a crew that was ending a flight."""
+    monkeypatch.setattr(flying, "widths_of", known_at_once)
+    alongside = flying.Alongside(tmp_path, load_vehicle("bluerov2"), "standard")
+    (worker,) = multiprocessing.active_children()
+    os.kill(worker.pid, signal.SIGINT)
+    alongside.ask()
+    assert alongside._pipe.poll(STARTS_WITHIN_S)
+    assert alongside.answer() == {"X_u": 0.04}
     alongside.close()

@@ -3,6 +3,8 @@
 import json
 import math
 import os
+import pty
+import select
 import signal
 import threading
 import time
@@ -10,6 +12,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import yaml
 from fakes.telling import telling
 from fakes.vehicle import FakeVehicle
 from ideal import LIMITS
@@ -33,7 +36,7 @@ from gcs_plugin.feedforward.off_orders import OffMarks
 from gcs_plugin.flying import run
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, known_so_far
-from gcs_plugin.peers import GROUND_STATION
+from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import write_holding
@@ -128,8 +131,9 @@ class Scripted:
 class Water:
     """A plan flown by the simulated vehicle, with scripted identifications."""
 
-    def __init__(self, folder, *answers, plan=None, share=0.05):
+    def __init__(self, folder, *answers, plan=None, share=0.05, armed=False):
         self.link, self.clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
+        self.link.vehicle.bridge.armed = armed
         self.words, self.identifying = [], Scripted(*answers)
         self.crew, self.recorder, self.folder = recorded_crew(
             self.link, FILE, "hovering", folder, self.clock, self.words.append
@@ -158,9 +162,11 @@ class Water:
         return [word for word in self.words if word.startswith("flies")]
 
 
-def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_path):
+@pytest.mark.parametrize("armed", [False, True])
+def test_it_stops_as_soon_as_all_is_known_and_is_disarmed_where_it_began(tmp_path, armed):
     known = dict.fromkeys(("M_u", "I_r", "D_u", "D_r"), 0.01)
-    water = Water(tmp_path, {}, known, plan=flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, YAW])).fly()
+    plan = flight_plan("test", 0.4, [QUICK[:1] * 2, YAW, YAW])
+    water = Water(tmp_path, {}, known, plan=plan, armed=armed).fly()
     outcome = water.flight.outcome
     assert (outcome.end, outcome.all_known, outcome.pieces) == (End.FINISHED, True, 2)
     assert water.state is State.IDLE
@@ -290,6 +296,15 @@ def test_how_a_flight_went_stands_among_the_stamps_of_its_dive_though_the_clock_
         assert event.utc[:10] == utc_text(began_s)[:10]
 
 
+class BesideAStation(Wrapper):
+    """A link on which another ground station beats."""
+
+    station = Encoder(255, 230)
+
+    def read(self, timeout_s):
+        return self._link.read(timeout_s) + self.station.encode(ground_heartbeat())
+
+
 def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_path):
     vehicle = FakeVehicle()
     crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
@@ -298,9 +313,10 @@ def test_without_a_vehicle_or_with_one_that_flies_nothing_no_flight_begins(tmp_p
     ):
         crew.find(5)
     vehicle.mute = True
-    crew, _, _ = recorded_crew(vehicle, FILE, "hovering", tmp_path, vehicle.clock, print)
-    with pytest.raises(LinkError, match="no vehicle within 5 s"):
-        crew.find(5)
+    for link in (vehicle, BesideAStation(vehicle)):
+        crew, _, _ = recorded_crew(link, FILE, "hovering", tmp_path, vehicle.clock, print)
+        with pytest.raises(LinkError, match="no vehicle within 5 s"):
+            crew.find(5)
 
 
 def test_beside_an_autopilot_that_is_not_supported_fly_says_so_and_what_works(tmp_path):
@@ -381,6 +397,19 @@ def test_a_plan_outside_of_the_limits_depth_is_not_flown(files, capsys):
     assert "the plan begins at 1.5 m of depth, and the limits are 2 to 4 m" in capsys.readouterr().err
 
 
+def test_of_a_hull_without_linear_damping_the_flight_asks_for_the_masses_alone(files, capsys):
+    """It asked for what no dive tells: the whole plan was flown, and nothing was ever uploaded."""
+    vehicle = yaml.safe_load(FILE.path.read_text())
+    hull = vehicle["configurations"]["hovering"] | {"damping": "quadratic", "model": {"X_uu": 30.0}}
+    (files / "hull.yaml").write_text(yaml.safe_dump(vehicle | {"configurations": {"hovering": hull}}))
+    asked = [word.replace("ruvifist:hovering", "hull.yaml") for word in command("--json", "out.json")]
+    assert cli.main(asked) == 0
+    assert json.loads((files / "out.json").read_text())["know"] == ["M_u"]
+    assert cli.main([*asked, "--know", "M_u", "D_u"]) == 2
+    said = " ".join(capsys.readouterr().err.split())
+    assert "--know D_u: hull.yaml has damping: quadratic, and no linear damping to tell; leave it out" in said
+
+
 def on_a_simulated_vehicle(monkeypatch, *answers):
     """The verb's link, clock and identifications are those of a simulated vehicle."""
     link, clock = simulated.afloat(FILE, "hovering", 1, parameters_of(FILE, None))
@@ -417,6 +446,19 @@ def test_the_end_of_the_program_that_reads_the_progress_is_a_key_pressed_once(mo
             os.kill(os.getpid(), signal.SIGINT)
             seen.append(pressed())
         assert seen == [False, asks, False, True]
+
+
+@pytest.mark.parametrize("key", [b"x", b"\x1b[A", b"\x1bOP", b"\x1b[3~", "é".encode()])
+def test_a_key_of_several_characters_as_an_arrow_is_one_press_which_does_not_disarm(key, monkeypatch):
+    near, far = pty.openpty()
+    with os.fdopen(near, "wb", buffering=0) as hand, os.fdopen(far) as terminal:
+        monkeypatch.setattr(fly.sys, "stdin", terminal)
+        with fly.end_key() as pressed:
+            assert not pressed()
+            for _ in range(2):
+                hand.write(key)
+                assert select.select([terminal], [], [], 10.0)[0]
+                assert [pressed() for _ in range(4)] == [True, False, False, False]
 
 
 class OfRecording(Link):
@@ -520,6 +562,7 @@ def test_a_recording_that_ends_in_mid_flight_ends_the_verb_and_the_vehicle_goes_
         "has ended; begin another, and ask again; a vehicle under way goes back by itself"
         in capsys.readouterr().err
     )
+    assert "flight: its end was not heard" in (hub.folders[1].path / "dive.yaml").read_text()
     end_s = hub.clock.boot_s() + 100.0
     while flight.state is not State.IDLE and hub.clock.boot_s() < end_s:
         link.read(0.05)
@@ -552,14 +595,23 @@ def forecast(folder, **widths):
     return 0
 
 
-def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(files, capsys, monkeypatch):
+@pytest.mark.parametrize(
+    ("width", "told", "ways"),
+    [
+        (0.066, "6.6", "--to 7, or about --minutes 25 with a time_s of more than 1500 in the limits"),
+        (0.03011, "3.01", "--to 4, or about --minutes 6"),
+    ],
+)
+def test_calibrate_does_not_fly_a_plan_that_would_not_tell_what_is_asked(
+    files, capsys, monkeypatch, width, told, ways
+):
     monkeypatch.setattr(fly, "flown", lambda *_: pytest.fail("it flew"))
-    monkeypatch.setattr(calibrate, "step", lambda *_, **__: forecast(files / "dives", D_u=0.066))
+    monkeypatch.setattr(calibrate, "step", lambda *_, **__: forecast(files / "dives", D_u=width))
     assert cli.main(CALIBRATE) == 1
     said = " ".join(capsys.readouterr().out.split())
     assert (
-        "nothing was sent: all of this plan tells D_u to 6.6 % alone, and --to asks for 3 %: give --to 7, or about "
-        "--minutes 25 with a time_s of more than 1500 in the limits, or wider limits, or --know M_u"
+        f"nothing was sent: all of this plan tells D_u to {told} % alone, and --to asks for 3 %: give {ways}, or "
+        "wider limits, or --know M_u"
     ) in said
 
 

@@ -13,6 +13,7 @@ from gcs_plugin.params import sidecar as sidecars
 from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
+    accepted_of,
     in_force,
     keep_accepted,
     last_accepted,
@@ -294,6 +295,39 @@ def test_the_model_in_force_is_that_of_the_newest_upload_that_stands(tmp_path):
     assert in_force(receipts.path, "another", "hovering") is None
     receipts.keep(restores=str(before), FF1_M_U=100.0)
     assert in_force(receipts.path, "ruvifist", "hovering").sidecar.foretold == ()
+
+
+def test_a_roll_back_of_one_vehicle_takes_back_nothing_of_another(receipts):
+    other = dataclasses.replace(SIDECAR, vehicle="bluerov2", configuration="standard")
+    before = receipts.keep(FF1_M_U=100.0)
+    receipts.keep(system=2, sidecar=other, FF0_M_U=16.0)
+    receipts.keep(restores=str(before), FF1_M_U=1.0)
+    assert in_force(receipts.path, "ruvifist") is None
+    assert in_force(receipts.path, "bluerov2").sidecar.configuration == "standard"
+    assert receipts.accepted() == receipts.accepted(2) == {"FF0_M_U": 16.0}
+
+
+@pytest.mark.parametrize("of", ["ruvifist", "bluerov2", None])
+def test_a_file_is_held_against_what_its_own_vehicle_accepted(receipts, of):
+    other = dataclasses.replace(SIDECAR, vehicle="bluerov2")
+    receipts.keep(FF1_M_U=100.0)
+    receipts.keep(system=2, sidecar=other, FF1_M_U=16.0)
+    file = receipts.path / "identified.param"
+    if of is None:
+        file.write_text("FF1_M_U,101\n")
+    else:
+        write_with_sidecar(file, {"FF1_M_U": 101.0}, (), dataclasses.replace(SIDECAR, vehicle=of))
+    accepted = {name: item.value for name, item in accepted_of(file, receipts.path).items()}
+    assert accepted == {"FF1_M_U": 100.0 if of == "ruvifist" else 16.0}
+
+
+def test_an_upload_to_one_vehicle_settles_no_unfinished_one_to_another(receipts):
+    cut = receipts.keep(Outcome.BEGUN, FF1_M_U=100.0)
+    receipts.keep(system=2, FF0_M_U=16.0)
+    assert unfinished(receipts.path).preimage == cut
+    assert unfinished(receipts.path, 2) is None
+    receipts.keep(FF1_M_U=100.0)
+    assert unfinished(receipts.path) is None
 
 
 def test_a_model_that_was_sent_again_is_in_force_since_it_was_sent_first(tmp_path):

@@ -37,6 +37,9 @@ def test_no_delay_adds_up_over_a_long_recording():
         ([0, 1, 3], 0.5, 0.0, [0, 2, 6]),
         ([0, 1, 2, 3], 10.0, 1.5, [0, 0.1]),
         ([0, 100, 99, 101], 1.0, 0.0, [0, 100, 100, 102]),
+        ([0, 1, -50, -49, -47], 1.0, 0.0, [0, 1, 1, 2, 4]),
+        ([0, 1, -50, -49, -47], 1.0, 1.5, [0, 2]),
+        ([0, 1, 0.9, 1.1], 1.0, 0.0, [0, 1, 1, 1.1]),
     ],
 )
 def test_a_speed_a_start_and_a_stamp_that_runs_back(times_s, speed, start_s, due_s):
@@ -92,3 +95,15 @@ def test_recordings_stand_one_after_the_other_empty_files_left_out_and_no_time_r
     assert [time_s for time_s, _ in reel.between(0.0, 100.0)] == [0.0, 1.0, 1.0, 2.0, 5.0, 6.0]
     with pytest.raises(LogError, match="is empty"):
         Reel([tmp_path / "empty.tlog"])
+
+
+def set_back(path):
+    """Four seconds at 20 Hz; after the first of them the clock is set back by an hour."""
+    return record(path, [n * 0.05 - 3600.0 * (n >= 20) for n in range(80)])
+
+
+def test_a_dive_whose_clock_was_set_back_is_shown_to_its_end(tmp_path):
+    reel = Reel([set_back(tmp_path / "a.tlog")])
+    times_s = [time_s for time_s, _ in reel.between(0.0, 100.0)]
+    assert times_s == pytest.approx([n * 0.05 - 0.05 * (n >= 20) for n in range(80)])
+    assert reel.length_s == times_s[-1]

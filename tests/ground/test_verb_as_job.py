@@ -54,6 +54,25 @@ def test_lines_come_whole_and_the_code_after_the_last():
     assert job.lines(1.0) == []
 
 
+def test_the_last_words_of_a_command_that_ends_just_after_its_pipe_was_found_empty_are_heard(
+    tmp_path, monkeypatch
+):
+    go = tmp_path / "go"
+    os.mkfifo(go)
+    job, read = run(f"open({str(go)!r}).read(); print('why it failed')"), os.read
+
+    def found_empty(file, size):
+        monkeypatch.undo()
+        with pytest.raises(BlockingIOError):
+            read(file, size)
+        go.write_text("")
+        job._process.wait(DEADLINE_S)
+        raise BlockingIOError
+
+    monkeypatch.setattr(jobs.os, "read", found_empty)
+    assert lines_until(job, lambda _: job.code is not None) == ["why it failed"]
+
+
 def test_nothing_is_waited_for_while_it_says_nothing():
     job = run("import time; time.sleep(60)")
     assert job.lines(0.0) == []

@@ -19,6 +19,7 @@ from bridge.wire.framing import Encoder
 from gcs_plugin.dives.folder import About, DiveFolder
 from tui.app.desk import Desk, can_check, check_dives, values_of
 from tui.app.jobs import Jobs
+from tui.app.screens.transfer import READ, Transfer
 from tui.dive_list import VERSION, Glance, dive_folders
 
 HALF = Report("pinn", 0.5, "pass 1", values={"M_u": (10.0, 2.0)})
@@ -218,6 +219,26 @@ def test_of_many_diagnoses_the_newest_alone_is_read_for_the_newest_values(tmp_pa
     contradicted = dives[-1] / "diagnosis.json"
     assert values_of(*dives) == dives[-2] / "diagnosed.param"
     assert read == [contradicted, dives[-2] / "diagnosis.json"]
+
+
+def test_values_of_another_vehicles_dive_are_not_proposed_for_a_vehicle(tmp_path):
+    """Where nothing was identified of its own dives yet, the newest of any were compared with it, for an upload."""
+    other, survey, mine = (
+        dive(tmp_path, f"2026-11-2{n}T0800Z", About(f"{name}.yaml", "", configuration))
+        for n, (name, configuration) in enumerate(
+            (("ruvifist", "hovering"), ("ruvifist", "survey"), ("bluerov2", "standard"))
+        )
+    )
+    (other / "identified.param").write_text("FF1_M_U,100\n", encoding="utf-8")
+    desk = Desk(out=tmp_path)
+    transfer = Transfer(desk)
+    transfer.read(back=False)
+    assert desk.chosen() == mine
+    assert desk.jobs.state(READ) is None
+    assert desk.values(mine) is None
+    assert desk.values(survey) == desk.values(other) == desk.values(None) == other / "identified.param"
+    unnamed = dive(tmp_path, "2026-11-24T0800Z")
+    assert Desk("ruvifist:hovering", out=tmp_path).values(unnamed) == other / "identified.param"
 
 
 def test_a_dive_that_names_none_or_one_that_is_gone_is_of_the_vehicle_of_the_app(tmp_path):

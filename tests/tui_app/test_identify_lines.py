@@ -147,7 +147,7 @@ def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(beside_di
         BY_NAME[name].parameter_id(0): AcceptedValue(value, None, "")
         for name, value in {"M_u": 110.0, "D_u": 80.0}.items()
     }
-    monkeypatch.setattr(identification, "last_accepted", lambda _: accepted)
+    monkeypatch.setattr(identification, "accepted_of", lambda *_: accepted)
     rows = {line[0][0].strip(): line for line in result(beside_dive(), 80) if line}
     assert " ".join(plain((rows["M_u"],))[0].split()) == "M_u 110.0 → 111.7 +1.5 % kg 91.6 … 135"
     assert rows["M_u"][4] == ("   +1.5 %", "plain")
@@ -157,7 +157,7 @@ def test_what_was_last_accepted_stands_beside_it_and_news_is_warned_of(beside_di
 def test_news_is_what_lies_outside_the_interval_given_the_thrust(beside_dive, monkeypatch):
     # 120 lies within the wide interval and outside the narrow one: the thrust is the same in both dives.
     accepted = {BY_NAME["M_u"].parameter_id(0): AcceptedValue(120.0, None, "")}
-    monkeypatch.setattr(identification, "last_accepted", lambda _: accepted)
+    monkeypatch.setattr(identification, "accepted_of", lambda *_: accepted)
     value = next(each for each in beside_dive().values if each.name == "M_u")
     assert value.low95 < 120.0 < value.high95
     assert value.is_news

@@ -66,7 +66,7 @@ def test_values_that_come_while_nothing_is_shown_are_compared_by_themselves(tmp_
 
 def test_without_a_vehicle_the_file_stands_there_beside_what_was_last_accepted(tmp_path, monkeypatch):
     accepted = {"FF1_M_U": AcceptedValue(110.36, None, ""), "FF1_D_U": AcceptedValue(56.2, None, "")}
-    monkeypatch.setattr("tui.app.screens.parameters_in_file.last_accepted", lambda _: accepted)
+    monkeypatch.setattr("tui.app.screens.parameters_in_file.accepted_of", lambda *_: accepted)
     dive = tmp_path / "2026-11-21T0352Z-hovering"
     dive.mkdir()
     (dive / "telemetry.tlog").touch()

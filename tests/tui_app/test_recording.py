@@ -181,6 +181,13 @@ def test_a_link_may_be_typed_recorded_or_only_looked_at(typed, key, choice):
     assert boat.orders == [choice] * (choice is not None)
 
 
+def test_a_port_that_is_recorded_is_not_looked_at_beside_its_recording_in_another_spelling_either():
+    boat, typed = Boat(), "serial:/dev/ttyUSB0:115200"
+    boat.desk.ways = lambda: (Way("serial:/dev/ttyUSB0:57600", "", recorded=True),)
+    after(["ctrl+l", shows(ConnectScreen), *typed, "ctrl+r"], boat, SILENT)
+    assert boat.orders == [Choice(typed, records=True)]
+
+
 @pytest.mark.parametrize(
     ("link", "why"), [("udpin", "'udpin' is not a link"), ("tcp:a:1", "goes by another recording")]
 )

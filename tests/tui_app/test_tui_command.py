@@ -14,7 +14,7 @@ from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError
 from bridge.reports import ERROR, Report, line
 from bridge.wire.framing import Encoder, frame_at
-from gcs_plugin.recording.state import Holding
+from gcs_plugin.recording.state import HeardVehicle, Holding
 from tui import cli
 from tui.app import recorder
 from tui.app.connecting import Choice, ways
@@ -266,6 +266,17 @@ def test_off_of_a_vehicle_that_is_looked_at_does_not_turn_to_the_one_that_is_rec
     assert (begun, len(station.changed), goes_by.link()) == ([], 1, "tcp:sub:5777")
 
 
+@pytest.mark.parametrize("named", [(), ("udpin:127.0.0.1:14550",)])
+def test_off_by_a_link_that_is_looked_at_waits_for_no_vehicle_of_a_recording_of_others(named, running):
+    clock = SystemClock()
+    running(replace(HOLDING, vehicles=(HeardVehicle(7, 191, holds=True, heard_unix_s=clock.unix_s()),)))
+    goes_by = connection(*named, clock=clock)
+    goes_by.station = FakeStation()
+    assert goes_by.switch(()).waits_for == (7,)
+    goes_by.connect(Choice("tcp:sub:5777", records=False))
+    assert goes_by.switch(()).waits_for == ()
+
+
 def test_an_order_to_the_recording_of_a_second_vehicle_does_not_go_to_that_of_the_first(running, monkeypatch):
     second = replace(HOLDING, pid=HOLDING.pid + 1, links=("tcp:sub:5777",))
     running(HOLDING)
@@ -351,13 +362,13 @@ def test_the_dives_of_the_present_folder_are_shown_where_there_is_no_folder_of_d
 
 
 def test_the_ways_are_recordings_then_ports_then_addresses_and_what_is_recorded_stands_once():
-    second = replace(HOLDING, links=("serial:/dev/ttyUSB0:115200",))
+    second = replace(HOLDING, links=("serial:/dev/ttyUSB0:57600",))
     offered = ways(
         [HOLDING, second], [("/dev/ttyUSB0", "DVL"), ("/dev/ttyACM0", "")], ["127.0.0.1", "192.168.2.1"]
     )
     assert [(way.link, way.recorded, way.others) for way in offered] == [
         ("udpin:127.0.0.1:14550", True, False),
-        ("serial:/dev/ttyUSB0:115200", True, True),
+        ("serial:/dev/ttyUSB0:57600", True, True),
         ("serial:/dev/ttyACM0:115200", False, False),
         ("udpin:192.168.2.1:14550", False, False),
     ]

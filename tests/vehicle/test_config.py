@@ -9,8 +9,10 @@ import pytest
 import yaml
 
 from bridge.errors import ConfigError
+from bridge.vehicle.coefficients import COEFFICIENTS, effect_coefficients
 from bridge.vehicle.config import (
     CONFIGS,
+    MOST_VEH_CFG,
     Configuration,
     Device,
     Mounting,
@@ -24,6 +26,7 @@ from bridge.vehicle.config import (
     shipped_vehicles,
 )
 from bridge.vehicle.thrusters import Allocator, thrust_curve
+from gcs_plugin.params.files import NAME_LENGTH
 from identify.ingest.mapping.column_map import map_file
 
 BODY: dict[str, Any] = {
@@ -60,6 +63,8 @@ def test_a_rigid_body_is_known_to_one_per_cent_and_five_unless_the_file_says_bet
     [
         ({"dry_mass_kg": 0.0}, {}, "dry_mass_kg must be above 0"),
         ({"thruster_limit_n": 0.0}, {}, "thruster_limit_n must be above 0"),
+        ({"veh_cfg": -1}, {}, "veh_cfg is a number from 0 to 99999, .*; it is -1"),
+        ({"veh_cfg": 100_000}, {}, "veh_cfg is a number from 0 to 99999"),
         ({}, {"water": {"density_kg_m3": 0.0}}, "density_kg_m3 must be above 0"),
         ({}, {"thrust_curve": {"span_us": 0.0}}, "span_us must be above 0"),
         ({}, {"thrust_curve": {"neutral_us": 0.0}}, "neutral_us must be above 0"),
@@ -84,6 +89,12 @@ def test_a_rigid_body_is_known_to_one_per_cent_and_five_unless_the_file_says_bet
 def test_a_number_that_no_vehicle_can_have_is_refused(tmp_path, body, vehicle, says):
     with pytest.raises(ConfigError, match=says):
         loaded(tmp_path, body, **vehicle)
+
+
+def test_the_largest_veh_cfg_leaves_every_parameter_a_name_that_mavlink_carries(tmp_path):
+    shape = loaded(tmp_path, {"veh_cfg": MOST_VEH_CFG}).configurations["only"]
+    of_all = (*COEFFICIENTS, *effect_coefficients(shape))
+    assert max(len(each.parameter_id(MOST_VEH_CFG)) for each in of_all) == NAME_LENGTH
 
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "vehicle_file.md").read_text(encoding="utf-8")

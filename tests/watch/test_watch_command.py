@@ -96,6 +96,11 @@ def test_a_line_has_no_values_of_a_vehicle_that_says_none(watcher):
     assert watch_text.line(watcher.picture(1.0), None) == "UNKNOWN | NO LINK | NOT RECORDING"
 
 
+@pytest.mark.parametrize(("left_s", "words"), [(40 * 3600.0, "40 h left"), (1200.0, "20 min left")])
+def test_what_is_left_of_a_disk_is_told_in_minutes_where_that_is_little(left_s, words):
+    assert watch_text.recording_words(replace(RECORDING, disk_left_s=left_s)).endswith(f"  {words}")
+
+
 def test_a_link_is_named_where_it_loses_frames(healthy):
     (row,) = healthy.picture(1.2).links
     assert watch_text.link_briefly(row) == ""

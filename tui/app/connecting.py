@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from bridge.links.addresses import DEFAULT_BAUD, own_addresses
+from bridge.links.addresses import DEFAULT_BAUD, among, own_addresses
 from gcs_plugin.recording.state import Holding
 from tui.links import recordings_now
 
@@ -46,13 +46,13 @@ def ways(
         for n, holding in enumerate(recordings)
         for link in holding.links
     ]
-    held = {way.link for way in running}
+    held = [way.link for way in running]
     serial = [Way(f"serial:{device}:{DEFAULT_BAUD}", name or "serial port") for device, name in ports]
     heard = [
         Way(f"udpin:{address}:{PORT}", "from this computer" if n == 0 else "from this network")
         for n, address in enumerate(dict.fromkeys(("127.0.0.1", *addresses)))
     ]
-    return (*running, *(way for way in (*serial, *heard) if way.link not in held))
+    return (*running, *(way for way in (*serial, *heard) if not among(way.link, held)))
 
 
 def ways_now() -> tuple[Way, ...]:

@@ -1,6 +1,6 @@
 """The app's connection to a vehicle: through the running recording, as other programs, or by a link of its own."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -8,7 +8,10 @@ from bridge.clock import Clock
 from bridge.errors import LinkError
 from bridge.links.link import Link
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.mode import Mode
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.params.last_accepted import accepted_values
+from gcs_plugin.peers import KnownVehicle, newest
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.watcher import Watcher
@@ -104,6 +107,11 @@ class Connection:
                 links.holder_of(self._looked_at) if self._looked_at else links.holding_now()
             ),
         )
+
+    def switch(self, heard: Sequence[KnownVehicle]) -> Switch:
+        """The switch that forces off the vehicles heard here, and those known to the recording by which OFF goes."""
+        known = links.known_now(self._clock, self._looked_at or None)
+        return Switch(Mode.OFF, known=newest([*heard, *known]))
 
     def record(self) -> None:
         """Begin a recording where none runs. Raises LinkError."""

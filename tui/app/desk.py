@@ -131,6 +131,21 @@ class Desk:
         except LogError:
             return []
 
+    def values(self, dive: Path | None) -> Path | None:
+        """The newest file of values of all dives of that dive's vehicle, in any configuration; of any vehicle for None.
+
+        Those of another vehicle are not to be sent to it.
+        """
+        if dive is None:
+            return values_of(*self.dives())
+        vehicle = self._vehicle(dive)
+        return values_of(*(each for each in self.dives() if self._vehicle(each) == vehicle))
+
+    def _vehicle(self, dive: Path) -> str:
+        """Name of the dive's vehicle file, wherever that lies."""
+        vehicle = self.vehicle_of(dive)
+        return Path(vehicle.rpartition(":")[0] or vehicle).stem
+
     def vehicle_of(self, dive: Path) -> str:
         """The vehicle file and configuration that the dive's `dive.yaml` names; else the app's; "" for none."""
         try:

@@ -11,7 +11,7 @@ from bridge.files import read_small
 from bridge.plain import from_json
 from bridge.vehicle.coefficients import OF_HULL
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import last_accepted
+from gcs_plugin.params.last_accepted import accepted_of
 from gcs_plugin.params.plan import coefficient_of
 from tui.app.jobs import newer
 from tui.dive_list import results_beside
@@ -91,7 +91,7 @@ def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identifie
     at = results_beside(dive)
     result, param = at["--json"], at["--param"]
     try:
-        accepted = accepted_before(param, receipts)
+        accepted = _accepted(param, receipts)
         if unkept is not None:
             return _parsed(unkept, accepted, None, math.nan)
         data = from_json(read_small(result))
@@ -100,13 +100,12 @@ def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identifie
         return None
 
 
-def accepted_before(param: Path, receipts: Path) -> dict[str, float]:
-    """Last accepted values by coefficient, for the configuration of the file `param`."""
+def _accepted(param: Path, receipts: Path) -> dict[str, float]:
+    """Last accepted values by coefficient, for the vehicle and the configuration of the file `param`."""
     try:
-        ids = read_parameters(param)
+        ids, accepted = read_parameters(param), accepted_of(param, receipts)
     except ParamError:
         return {}
-    accepted = last_accepted(receipts)
     known = {name: coefficient_of(name) for name in ids if name in accepted}
     return {
         coefficient.name: accepted[name].value

@@ -15,7 +15,7 @@ from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back, unfinished
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Armed, Kind
-from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns, values_of
+from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns
 from tui.app.diagnosis import has_changed, is_contradicted
 from tui.app.jobs import JobState
 from tui.app.next_step import AXES, Situation
@@ -40,7 +40,7 @@ SAME: Final = 5e-4
 def read_situation(desk: Desk, view: View) -> Situation:
     picture, dive = view.picture, _dive(desk)
     folders = desk.dives()
-    values = values_of(*folders)
+    values = desk.values(dive)
     system = picture.links[0].system if picture.links else None
     known = _known(desk.receipts, system)
     accepted_ns = _accepted_ns(desk.receipts, known)

@@ -38,7 +38,8 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         with show.progress("looking for the vehicle"):
             deployment = Deployment(link, clock, file, file.configuration_chosen(), arguments.system)
-        if arguments.action != "check" and not deployment.fault and not arguments.yes:
+        refused = arguments.action == "deploy" and deployment.fault
+        if arguments.action != "check" and not refused and not arguments.yes:
             question = QUESTIONS[arguments.action].format(deployment.target[0])
             if not show.agreed(deployment.client, question, arguments.action):
                 show.say(show.words(), "nothing was sent")

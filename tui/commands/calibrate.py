@@ -60,7 +60,7 @@ def run(arguments: argparse.Namespace) -> int:
             return code
     flight_plan = load_plan(plan)
     fly.check_made_for(file, plan, flight_plan)
-    wanted = fly.wanted_of(arguments, flight_plan)
+    wanted = fly.wanted_of(arguments, file, flight_plan)
     console = show.results(arguments.json)
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)
@@ -117,10 +117,13 @@ def too_vague(plan: Mapping[str, Any], wanted: Wanted, limits: FlightLimits) -> 
     vague = {name: widths[name] for name in wanted.names if widths[name] > wanted.share}
     if not vague:
         return ""
-    known = listed([f"{name} to {100 * width:.2g} %" for name, width in vague.items()])
+    known = listed(
+        [f"{name} to {_above(100 * width, 100 * wanted.share)} %" for name, width in vague.items()]
+    )
     sharp = " ".join(name for name in wanted.names if name not in vague)
     # An interval narrows with the root of the time.
-    minutes = math.ceil(plan["duration_s"] / 60 * (max(vague.values()) / wanted.share) ** 2)
+    planned = plan["duration_s"] / 60
+    minutes = max(math.ceil(planned * (max(vague.values()) / wanted.share) ** 2), math.ceil(planned) + 1)
     longer = f"about --minutes {minutes}" + (
         f" with a time_s of more than {60 * minutes} in the limits" if 60 * minutes > limits.time_s else ""
     )
@@ -131,6 +134,12 @@ def too_vague(plan: Mapping[str, Any], wanted: Wanted, limits: FlightLimits) -> 
     return f"all of this plan tells {known} alone, and --to asks for {100 * wanted.share:g} %: give " + (
         ", or ".join(ways)
     )
+
+
+def _above(percent: float, asked_percent: float) -> str:
+    """A width to two digits, or to as many as show that it is above that asked for."""
+    texts = (f"{percent:.{digits}g}" for digits in range(2, 9))
+    return next((text for text in texts if float(text) > asked_percent), f"{percent}")
 
 
 def plan_limits(limits: FlightLimits) -> dict[str, str]:

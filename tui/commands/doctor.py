@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bridge import clock as clocks
 from bridge import exit_codes
-from bridge.clock import Clock
+from bridge.clock import Clock, EvenClock
 from bridge.errors import ConfigError, LinkError
 from bridge.links import secured
 from bridge.links.link import Link, Wrapper
@@ -168,11 +168,11 @@ def tell(arguments: argparse.Namespace, findings: Iterable[Finding]) -> int:
 
 
 class Recorded(Wrapper):
-    """A link whose received frames are also written to a recording."""
+    """A link whose received frames are also written to a recording; no change of the computer's clock shows in it."""
 
     def __init__(self, link: Link, writer: TlogWriter, clock: Clock) -> None:
         super().__init__(link)
-        self._writer, self._clock = writer, clock
+        self._writer, self._clock = writer, EvenClock(clock)
         self._framer = Framer()
 
     def read(self, timeout_s: float) -> bytes:

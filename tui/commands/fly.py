@@ -29,6 +29,7 @@ from bridge.flight.flight import COUNTDOWN_S, End
 from bridge.flight.limits import FlightLimits, load_limits
 from bridge.links import secured
 from bridge.reports import Report
+from bridge.vehicle.coefficients import DAMPINGS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.flying.plan import FlightPlan, load_plan
@@ -36,6 +37,8 @@ from gcs_plugin.flying.run import Outcome, PlanFlight, Progress, Wanted
 from tui import links, show
 from tui.flight_recording import Alongside, RecordedHere, RecordedThere, recorded_crew
 
+MOST_OF_A_KEY: Final = 1024
+"""Characters read at once: more than any key sends."""
 NUMBERS: Final = 1 << 22
 """Orders are numbered from a number that no other flight of these weeks used: a float32 holds it exactly."""
 
@@ -45,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
     plan = load_plan(file_of_plan)
     file = load_vehicle(arguments.vehicle)
     check_made_for(file, file_of_plan, plan)
-    wanted = wanted_of(arguments, plan)
+    wanted = wanted_of(arguments, file, plan)
     console = show.results(arguments.json)
     for table in shown(plan, limits, wanted):
         show.put(console, table)
@@ -71,13 +74,20 @@ def check_made_for(file: VehicleFile, file_of_plan: Path, plan: FlightPlan) -> N
         )
 
 
-def wanted_of(arguments: argparse.Namespace, plan: FlightPlan) -> Wanted:
-    """The coefficients asked for. Raises UsageError for any that the plan does not tell."""
-    names = tuple(arguments.know or plan.coefficients)
-    unknown = [name for name in names if name not in plan.coefficients]
+def wanted_of(arguments: argparse.Namespace, file: VehicleFile, plan: FlightPlan) -> Wanted:
+    """The coefficients asked for. Raises UsageError for any that the plan does not tell of this hull."""
+    shape = file.vehicle.configurations[file.configuration_chosen()]
+    absent = [damping.name for damping in DAMPINGS] if shape.damping == "quadratic" else []
+    tells = tuple(name for name in plan.coefficients if name not in absent)
+    names = tuple(arguments.know or tells)
+    if lacks := [name for name in names if name in absent]:
+        raise UsageError(
+            f"--know {' '.join(lacks)}: {file.path} has damping: quadratic, and no linear damping to tell; leave it out"
+        )
+    unknown = [name for name in names if name not in tells]
     if unknown:
         raise UsageError(
-            f"--know {' '.join(unknown)}: the plan tells {', '.join(plan.coefficients)} alone; plan other axes"
+            f"--know {' '.join(unknown)}: the plan tells {', '.join(tells)} alone; plan other axes"
         )
     if not COUNTDOWN_S[0] <= arguments.countdown <= COUNTDOWN_S[1]:
         raise UsageError(
@@ -99,7 +109,7 @@ def flown(
         )
     clock, words = clocks.SystemClock(), show.words()
     recording = _recording(arguments, file, configuration, clock, partial(tell, words))
-    crew, outcome, identifying = recording.crew, Outcome(), None
+    crew, how, identifying = recording.crew, "not begun", None
     try:
         crew.find(int(clock.unix_s()) % NUMBERS + 1, arguments.system)
         if crew.veh_cfg is not None and crew.veh_cfg != file.vehicle.veh_cfg(configuration):
@@ -110,7 +120,6 @@ def flown(
         folder = recording.begin()
         identifying = Alongside(folder.path, file, configuration)
         flight = PlanFlight(crew, plan, limits, wanted, identifying, partial(tell, words), follower(wanted))
-        outcome = flight.outcome
         with end_key() as pressed:
             if not reports.asked(os.environ):  # another program has an end key of its own
                 show.say(
@@ -119,17 +128,19 @@ def flown(
                     "touch",
                 )
             flight.begin(arguments.countdown)
+            how = "its end was not heard"
             while not flight.over:
                 if pressed():
                     flight.key()
                 flight.step()
+            how = flight.outcome.words
     except LinkLost as error:
         raise LinkLost(f"{error}; a vehicle under way goes back by itself") from None
     finally:
         if identifying is not None:
             identifying.close()
-        recording.end(f"flight: {outcome.words or 'not begun'}")
-    return outcome, folder
+        recording.end(f"flight: {how}")
+    return flight.outcome, folder
 
 
 def _recording(
@@ -247,7 +258,8 @@ def end_key() -> Iterator[Any]:
         if reader is not None and os.getppid() != reader:
             count, reader = count + 1, None
         if terminal and select.select([sys.stdin], [], [], 0.0)[0]:
-            count += len(os.read(sys.stdin.fileno(), 1))
+            # All at once: an arrow or a function key is several characters, and one press.
+            count += bool(os.read(sys.stdin.fileno(), MOST_OF_A_KEY))
         return count > 0
 
     try:

@@ -15,10 +15,7 @@ from bridge.links import secured
 from bridge.links.addresses import listening, of_links, of_served, parse_link
 from bridge.text import say
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.mode import Mode
 from gcs_plugin.dives.folder import list_folders
-from gcs_plugin.feedforward.switch import Switch
-from gcs_plugin.peers import newest
 from gcs_plugin.recording.state import Holding, was_killed
 from gcs_plugin.watch.alarms import load_settings
 from tui import links, show
@@ -149,7 +146,7 @@ def _show(arguments: argparse.Namespace) -> int:
         connection.watcher(),
         clock,
         connection.recording,
-        lambda known: Switch(Mode.OFF, known=newest([*known, *links.known_now(clock, *arguments.link[:1])])),
+        connection.switch,
         1.0 / arguments.fps,
     )
     acts = not arguments.view_only

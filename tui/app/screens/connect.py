@@ -8,7 +8,7 @@ from textual.containers import Vertical
 from textual.widgets import Input
 
 from bridge.errors import LinkSpecError
-from bridge.links.addresses import parse_link
+from bridge.links.addresses import parse_link, same_link
 from tui.app.connecting import Choice, Way
 from tui.app.drawing import Line, Lines, Role, cut, wrapped
 from tui.app.header import PHONE
@@ -92,7 +92,7 @@ class ConnectScreen(OverScreen[Choice | None]):
         self._take(self.query_one(Input).value.strip(), records=False)
 
     def _take(self, link: str, *, records: bool) -> None:
-        way = next((way for way in self._ways if way.link == link), None)
+        way = next((way for way in self._ways if same_link(way.link, link)), None)
         try:
             parse_link(link)
         except LinkSpecError as error:

@@ -8,7 +8,7 @@ from typing import Final
 from bridge.errors import LogError, ParamError
 from bridge.files import written_ns
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import last_accepted
+from gcs_plugin.params.last_accepted import accepted_of
 from gcs_plugin.params.plan import NOT_SET, acting, is_unset, unit_of
 from tui.app.drawing import Lines, lines_of, titled, wrapped
 from tui.app.screens.parameters_table import ONE, number
@@ -49,7 +49,7 @@ def _placed(n: int, text: str, cells: int) -> str:
 def _read(file: Path, receipts: Path, *_changed_ns: int) -> tuple[tuple[Row, ...], int]:
     """The rows that differ, and the number of others."""
     try:
-        wanted, known = read_parameters(file), last_accepted(receipts)
+        wanted, known = read_parameters(file), accepted_of(file, receipts)
     except (ParamError, LogError):
         return (), 0
     rows = []

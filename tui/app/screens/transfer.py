@@ -127,11 +127,12 @@ class Transfer:
         return ("--vehicle", vehicle) if vehicle else ()
 
     def _file(self) -> Path | None:
-        """The file that another screen put on the desk for the chosen dive, else the dive's newest, else the newest."""
+        """The file that another screen put on the desk for the chosen dive, else the newest of the dive, else of its
+        vehicle."""
         dive, param = self._desk.chosen(), self._desk.param
         if param is not None and (dive is None or param.parent == dive):
             return param
-        return (values_of(dive) if dive is not None else None) or values_of(*self._desk.dives())
+        return (values_of(dive) if dive is not None else None) or self._desk.values(dive)
 
     def take(self) -> bool:
         """Take the progress of the write and the result of a read; return whether a read has just ended."""
