@@ -19,6 +19,7 @@ from identify.ingest.mapping.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.mapping.map_text import map_text, uncertain
 from identify.ingest.mapping.proposal import NothingKnown
 from identify.ingest.mapping.proposal_of_runs import propose
+from identify.ingest.mapping.ranges import time_unit_of
 from identify.ingest.mapping.signals import dive_fields
 
 LOG = Path("log.csv")
@@ -332,6 +333,18 @@ def test_a_clock_that_counts_to_59_and_on_from_100_is_the_time_of_day():
         table({"time": clock.astype(float), "depth": 0.01 * np.arange(600.0)}), proposal.columns, LOG
     )
     np.testing.assert_allclose(np.diff(dive.depth.time_s), 0.05, atol=1e-9)
+
+
+@pytest.mark.parametrize(("unit", "in_a_second"), [("ns", 1e9), ("us", 1e6), ("ms", 1e3)])
+def test_a_clock_of_a_computer_that_has_run_for_days_counts_in_the_unit_of_its_steps(unit, in_a_second):
+    read = readings()
+    days = {**usual(read), "t": (2.5 * 86_400.0 + read["t"]) * in_a_second}
+    assert proposed(days).columns.time == TimeColumn("t", unit)
+
+
+@pytest.mark.parametrize(("unit", "in_a_second"), [("ns", 1e9), ("us", 1e6), ("ms", 1e3), ("s", 1.0)])
+def test_a_date_as_a_number_is_known_by_its_size_however_seldom_it_is_logged(unit, in_a_second):
+    assert time_unit_of((1.79e9 + 20.0 * np.arange(9)) * in_a_second) == (unit, True)
 
 
 def test_a_clock_of_dates_is_taken_for_one():
