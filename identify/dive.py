@@ -65,6 +65,11 @@ class Signal:
         keep = (self.time_s >= start_s) & (self.time_s < end_s)
         return Signal(self.time_s[keep], self.value[keep])
 
+    def in_order(self) -> "Signal":
+        """The samples in order of their times."""
+        order = np.argsort(self.time_s, kind="stable")
+        return Signal(self.time_s[order], self.value[order])
+
     def finite(self) -> "Signal":
         """The samples of which every value is known."""
         known = np.isfinite(self.value).all(axis=1)

@@ -191,6 +191,6 @@ def _as_heard(name: str, mine: Signal, other: Signal) -> Signal | None:
 
 
 def _together(mine: Signal, new: Signal) -> Signal:
-    time_s = np.concatenate((mine.time_s, new.time_s))
-    order = np.argsort(time_s, kind="stable")
-    return Signal(time_s[order], np.concatenate((mine.value, new.value))[order])
+    return Signal(
+        np.concatenate((mine.time_s, new.time_s)), np.concatenate((mine.value, new.value))
+    ).in_order()
