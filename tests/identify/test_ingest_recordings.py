@@ -236,15 +236,20 @@ def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of
     assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
 
 
-def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:
-    """The bridge booted 60 s after the autopilot; both say what happens at the same instant."""
+@pytest.mark.parametrize("later_s", [60.0, 2 * 3600.0])
+def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path, later_s: float) -> None:
+    """The bridge booted later than the autopilot, whose pulses tell 32 bits of microseconds; both say what happens at
+    the same instant."""
     stamped: list[Stamped] = []
     for k in range(100):
         t = 5.0 + k / 10
         stamped.append((t, 1, 191, odometry(t, (t, 0.0, 0.0))))
         stamped += [(t, 1, 191, imu(t, 0, 0b111111, (0.0, 0.0, 0.1)))]
-        stamped.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
-        stamped.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
+        autopilot_s = t + later_s
+        stamped.append((t, 1, 1, servos(round(autopilot_s * 1e6), [1500, 1600])))
+        stamped.append(
+            (t, 1, 1, mav.MAVLink_scaled_pressure2_message(int(autopilot_s * 1e3), 1100.0, 0, 2000))
+        )
     dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert dive.pwm.time_s == pytest.approx(dive.velocity.time_s, abs=1e-3)
 

@@ -171,7 +171,8 @@ class Messages:
         stated = stated_s(fields)
         stated[stated > own_clock.last_s + WILD_S] = np.nan
         if "time_usec" in fields and fields["time_usec"].dtype == np.dtype("<u4"):
-            stated += np.round((by_arrival - stated) / WRAP_S) * WRAP_S
+            arrived = self.frames.arrival_s[fields.rows] - own_clock.at(fields.rows)
+            stated += np.round((arrived - stated) / WRAP_S) * WRAP_S
         at = own_clock.row_of(stated)
         stated += own_clock.at(at) - self.clocks[self.primary].at(at)
         return np.where(np.isfinite(stated), stated, by_arrival)
