@@ -90,6 +90,23 @@ def test_a_wild_time_of_a_message_that_sets_no_clock_is_when_it_arrived(tmp_path
     assert dive.tau_cmd.time_s[-1] == pytest.approx(14.9, abs=0.03)
 
 
+def test_a_wild_time_before_all_others_is_when_it_arrived_too(tmp_path: Path) -> None:
+    times_s = 3600.0 + 0.1 * np.arange(100)
+    stamped = [(t, 1, 1, attitude(0.0 if k == 50 else t, 0.0)) for k, t in enumerate(times_s)]
+    dive = read_dive(write(tmp_path / "wild.tlog", recording(stamped)))
+    assert dive.attitude.time_s == pytest.approx(times_s, abs=0.01)
+
+
+def test_a_sender_that_states_no_time_is_dated_by_arrival(tmp_path: Path) -> None:
+    stamped = contract_dive()
+    timeless = [(t, s, 197, odometry(0.0, (0.1, 0.2, 0.3))) for t, s, _, m in stamped if m.id == 331]
+    rest = [item for item in stamped if item[3].id != 331]
+    both = sorted([*rest, *timeless], key=lambda item: item[0])
+    dive = read_dive(write(tmp_path / "timeless.tlog", recording(both)))
+    assert dive.velocity.time_s == pytest.approx(5.0 + 0.1 * np.arange(100), abs=0.03)
+    assert dive.span_s[0] == pytest.approx(5.0, abs=0.03)
+
+
 def test_times_that_lie_years_apart_are_refused_in_one_sentence(tmp_path: Path) -> None:
     stamped = [(t if t < 10 else t + 4e8, s, c, m) for t, s, c, m in contract_dive() if m.id in (0, 331)]
     late = [(t, s, c, odometry(t, (0, 0, 0)) if m.id == 331 else m) for t, s, c, m in stamped]

@@ -173,20 +173,21 @@ class Messages:
         if "time_usec" in fields and fields["time_usec"].dtype == np.dtype("<u4"):
             arrived = self.frames.arrival_s[fields.rows] - own_clock.at(fields.rows)
             stated += np.round((arrived - stated) / WRAP_S) * WRAP_S
+        stated[stated < own_clock.boot_s[0] - WILD_S] = np.nan
         at = own_clock.row_of(stated)
         stated += own_clock.at(at) - self.clocks[self.primary].at(at)
         return np.where(np.isfinite(stated), stated, by_arrival)
 
 
 def stated_s(fields: Fields) -> Array:
-    """Boot time that each message states, in s; NaN if it states none, or a Unix time."""
-    if "time_boot_ms" in fields:
-        return fields["time_boot_ms"].astype(np.float64) * 1e-3
-    name = next((name for name in ("time_usec", "usec") if name in fields), None)
+    """Boot time that each message states, in s; NaN if it states none, or a Unix time, or if all of several state 0."""
+    units_s = {"time_boot_ms": 1e-3, "time_usec": 1e-6, "usec": 1e-6}
+    name = next((name for name in units_s if name in fields), None)
     if name is None:
         return np.full(len(fields), np.nan)
-    time_s = fields[name].astype(np.float64) * 1e-6
-    return np.where(time_s < LONGEST_BOOT_S, time_s, np.nan)
+    time_s = fields[name].astype(np.float64) * units_s[name]
+    states_none = len(time_s) > 1 and not time_s.any()
+    return np.where((time_s < LONGEST_BOOT_S) & (not states_none), time_s, np.nan)
 
 
 def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
