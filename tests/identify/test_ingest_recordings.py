@@ -284,7 +284,7 @@ def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drift
 
 
 MAGIC = b"\xa3\x95"
-ATT, RCOU, IMU, ARM, RFND = 1, 2, 3, 4, 5
+ATT, RCOU, IMU, ARM, RFND, BAT = 1, 2, 3, 4, 5, 6
 
 
 def form(kind: int, name: str, letters: str, columns: str, size: int) -> bytes:
@@ -347,6 +347,20 @@ def test_an_echo_sounder_without_an_echo_tells_no_distance(tmp_path: Path, state
     path.write_bytes(data)
     expected = [3.0, NAN, NAN, NAN, 2.5] if stated else [3.0, 0.0, 3.0, 9.0, 2.5]
     assert read_dive(path).altitude.value[:, 0] == pytest.approx(expected, nan_ok=True)
+
+
+@pytest.mark.parametrize("instance", ["Instance", "Inst"])
+def test_the_voltage_is_that_of_the_first_battery_of_several(tmp_path: Path, instance: str) -> None:
+    """Older releases of ArduPilot call the number of a battery Instance, newer ones Inst."""
+    data = log() + form(BAT, "BAT", "QBf", f"TimeUS,{instance},Volt", 13)
+    for k in range(20):
+        for battery, volts in enumerate((15.5, 12.0)):
+            data += (
+                MAGIC + bytes([BAT]) + struct.pack("<QBf", 2_000_000 + 100_000 * k + battery, battery, volts)
+            )
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(data)
+    assert read_dive(path).voltage.value[:, 0].tolist() == [15.5] * 20
 
 
 def test_a_damaged_stretch_is_skipped_and_counted(tmp_path: Path) -> None:
