@@ -29,11 +29,13 @@ APART: Final = 0.3
 
 WORDS: Final = {
     "velocity": "velocity", "gyro": "rates of turn", "specific_force": "acceleration", "attitude": "attitude",
-    "depth": "depth", "altitude": "altitude", "pwm": "thruster commands", "voltage": "voltage", "armed": "arming",
-    "gnss": "position",
+    "depth": "depth", "pressure": "pressure", "altitude": "altitude", "pwm": "thruster commands",
+    "voltage": "voltage", "armed": "arming", "gnss": "position",
 }  # fmt: skip
-WHOLE_ONLY: Final = ("armed", "gnss")
+WHOLE_ONLY: Final = ("armed", "gnss", "pressure")
 """Signals taken only if nothing of them was heard; their holes are not filled."""
+OTHERWISE: Final = {"depth": "pressure", "pressure": "depth"}
+"""Signals that are not taken where what was heard tells the same in another way."""
 
 
 def logs_beside(folder: Path) -> list[Path]:
@@ -119,7 +121,7 @@ def _filled(
     out, brings, fills, differ = dict(fields), [], [], []
     for name, words in WORDS.items():
         logged, heard = moved.get(name), fields.get(name)
-        if logged is None or len(logged) == 0 or (name == "depth" and "pressure" in fields and heard is None):
+        if logged is None or len(logged) == 0 or (heard is None and OTHERWISE.get(name) in fields):
             continue
         if heard is None or len(heard) == 0:
             out[name] = logged
