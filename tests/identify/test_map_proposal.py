@@ -355,6 +355,15 @@ def test_a_clock_of_dates_is_taken_for_one():
     assert np.diff(mapped((stream,), proposal.columns, LOG).depth.time_s) == pytest.approx(1.0)
 
 
+def test_a_date_that_the_file_holds_as_one_is_in_seconds_whatever_its_name_ends_in():
+    columns = {**usual(READ), "timestamp_ns": 1.79e9 + READ["t"]}
+    del columns["t"]
+    streams = (Stream("", columns, {}, frozenset({"timestamp_ns"})),)
+    proposal = propose(streams, LOG)
+    assert proposal.columns.time == TimeColumn("timestamp_ns", "s")
+    assert_maps_to_the_truth(streams, proposal)
+
+
 def test_the_written_map_reads_back_as_the_proposal():
     columns = usual(READ)
     columns["q"] = -columns["q"]
