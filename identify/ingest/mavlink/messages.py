@@ -8,6 +8,7 @@ the frame that came quickest.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -26,6 +27,7 @@ CLEARLY_MORE = 5.0
 REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
 BLOCK_S = 10.0
+SET_S = 0.25  # a recorder's clock that jumps by more was set
 MOST_RUNS = 20  # that are read; a recording of two vehicles seems to restart thousands of times
 WRAP_S = 2**32 * 1e-6
 NEAR_S, NEARLY_ALL = 1.0, 0.95  # when a driver's stamps count as being on the vehicle's clock
@@ -276,17 +278,39 @@ def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
 
 
 def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
-    offset = frames.arrival_s[rows] - time_s
-    # Never more than rows: the span is only as good as the recording's times.
-    blocks = min(max(1, int((time_s.max() - time_s.min()) / BLOCK_S)), len(rows))
-    starts = np.unique(np.linspace(0, len(rows), blocks, endpoint=False).astype(np.int64))
-    latest_s = np.maximum.accumulate(time_s)
-    return _ClockOffset(
-        rows[starts].astype(np.float64),
-        np.minimum.reduceat(offset, starts),
-        latest_s[starts],
-        float(latest_s[-1]),
-    )
+    offset, latest_s = frames.arrival_s[rows] - time_s, np.maximum.accumulate(time_s)
+    parts: list[Array] = []
+    first_row = rows[0]
+    for begin, end in pairwise([0, *_set_at(offset, time_s), len(rows)]):
+        # Never more than rows: the span is only as good as the recording's times.
+        blocks = min(max(1, int(np.ptp(time_s[begin:end]) / BLOCK_S)), end - begin)
+        starts = np.unique(np.linspace(begin, end, blocks, endpoint=False).astype(np.int64))
+        least = np.minimum.reduceat(offset[:end], starts)
+        parts.append(np.column_stack([rows[starts], least, latest_s[starts]]))
+        parts[-1][0, 0] = first_row
+        if end < len(rows):
+            between_s = frames.arrival_s[rows[end - 1] : rows[end] + 1]
+            last_row = rows[end - 1] + int(np.abs(np.diff(between_s)).argmax())
+            parts.append(np.array([[last_row, least[-1], latest_s[end - 1]]]))
+            first_row = last_row + 1
+    row, least, boot_s = np.concatenate(parts).T
+    return _ClockOffset(row, least, boot_s, float(latest_s[-1]))
+
+
+def _set_at(offset: Array, time_s: Array) -> list[int]:
+    """Where the recorder's clock was set: the offset (n,) of its times from boot times (n,) jumps, and stays there for
+    BLOCK_S. After a link that stalled, it falls back."""
+    near = round(BLOCK_S * len(offset) / max(float(np.ptp(time_s)), BLOCK_S))
+    least = max(near // 5, 1)
+    set_at: list[int] = []
+    for at in (np.flatnonzero(np.abs(np.diff(offset)) > SET_S) + 1).tolist():
+        since = max([at - near, 0, *set_at[-1:]])
+        if at - since < least or len(offset) - at < least:
+            continue
+        by_s = offset[at : at + near].min() - offset[since:at].min()
+        if abs(by_s) > SET_S and abs(offset[at] - offset[at - 1] - by_s) < 0.5 * abs(by_s):
+            set_at.append(at)
+    return set_at
 
 
 def _rising(time_s: Array, fields: Fields) -> Batch:
