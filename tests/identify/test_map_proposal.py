@@ -600,6 +600,13 @@ def test_roll_and_pitch_in_radians_beside_a_heading_in_degrees_are_mended():
     assert_maps_to_the_truth(table(columns), proposal)
 
 
+def test_a_clock_that_was_set_by_years_between_two_rows_is_said_and_fills_no_memory():
+    columns = {**usual(READ), "t": READ["t"] + np.where(READ["t"] > 20.0, 1.79e12, 0.0)}
+    notes = " ".join(proposed(columns).notes)
+    assert "No signal was held against another, as this map reads no dive." in notes
+    assert "its times lie 2.07e+07 days apart" in notes
+
+
 def test_why_a_map_reads_no_dive_is_said_when_it_is_proposed():
     columns = usual(READ)
     words = tuple(f"02/29/2024 11:{k // 60 % 60:02d}:{k % 60:02d} PM" for k in range(len(columns.pop("t"))))

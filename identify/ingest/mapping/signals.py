@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array, Mask
 from bridge.errors import LogError
-from identify.checks.readings.impossible import LONGEST_DIVE_S, tame
+from identify.checks.readings.impossible import LONGEST_DIVE_S, refuse_years, tame
 from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.commands import spread
@@ -92,8 +92,10 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
     if columns.velocity is not None and columns.velocity.frame in EARTH:
         signals["velocity"] = _turned(signals, columns.velocity.frame, path, notes)
     signals = {name: signal for name, signal in signals.items() if len(signal)}
+    start_s = min((float(signal.time_s[0]) for signal in signals.values()), default=0.0)
+    end_s = max((float(signal.time_s[-1]) for signal in signals.values()), default=0.0)
+    refuse_years((start_s, end_s), path)
     if columns.commands_hold:
-        end_s = max((float(signal.time_s[-1]) for signal in signals.values()), default=0.0)
         for name in {*COMMANDS.values(), "thrust_cmd", "tau_cmd"} & signals.keys():
             signals[name] = spread(signals[name], end_s)
     return {
