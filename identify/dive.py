@@ -175,7 +175,7 @@ class Dive:
     that were not used, each with the reason.
     notes: losses in the recording, in sentences for the user.
     frozen: by signal, the intervals in s in which its readings were frozen and therefore left out.
-    sha256, opening: as defined in `ingest.identity`.
+    sha256, opening: as defined in `ingest.same_dive`.
     """
 
     name: str

@@ -6,7 +6,7 @@ from autopilot_log import Turning, heard, logged
 from fakes.shared import shared
 
 from bridge.errors import LogError
-from bridge.vehicle.config import Water
+from bridge.vehicle.config import Water, load_vehicle
 from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Signal
 from identify.ingest.mavlink.autopilot_log import in_holes, merged
@@ -122,6 +122,18 @@ def test_a_log_brings_no_pressure_beside_a_depth_that_was_heard(tmp_path):
     fields = read_tlog([telemetry], "t")
     fields["depth"] = Signal(fields["gyro"].time_s, 0.01 * fields["gyro"].time_s[:, None])
     assert "pressure" not in merged(fields, [telemetry], log)
+
+
+def test_the_frame_that_a_log_states_is_held_against_the_vehicle_file_where_none_was_heard(tmp_path):
+    turning = Turning()
+    folder = folder_of(tmp_path, turning)
+    bluerov2 = load_vehicle("bluerov2")
+    assert read_dive(folder, vehicle=bluerov2).motors == 0
+    logged(folder / "7.bin", turning, since_its_own_boot(), parameters={"FRAME_CONFIG": 2.0})
+    with pytest.raises(
+        LogError, match=r"drives 8 motors \(FRAME_CONFIG\), and vehicle 'bluerov2' has 6 thrusters"
+    ):
+        read_dive(folder, vehicle=bluerov2)
 
 
 def test_originals_stay_and_the_dive_is_known_by_both(tmp_path):

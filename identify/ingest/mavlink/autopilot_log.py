@@ -153,7 +153,8 @@ def _filled(
         sentences.append(f"Left out, for differing from what was heard: {listed(differ)}.")
     if beyond_s >= 1.0:
         sentences.append(f"{beyond_s:.0f} s of it lie before or after what was heard, and are left out.")
-    return out | {"notes": (*fields["notes"], " ".join(sentences))}
+    motors = fields["motors"] or theirs["motors"]
+    return out | {"motors": motors, "notes": (*fields["notes"], " ".join(sentences))}
 
 
 def in_holes(mine: Signal, other: Signal) -> NDArray[np.bool_]:
