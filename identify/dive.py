@@ -65,6 +65,11 @@ class Signal:
         keep = (self.time_s >= start_s) & (self.time_s < end_s)
         return Signal(self.time_s[keep], self.value[keep])
 
+    def in_order(self) -> "Signal":
+        """The samples in order of their times."""
+        order = np.argsort(self.time_s, kind="stable")
+        return Signal(self.time_s[order], self.value[order])
+
     def finite(self) -> "Signal":
         """The samples of which every value is known."""
         known = np.isfinite(self.value).all(axis=1)
@@ -170,7 +175,7 @@ class Dive:
     that were not used, each with the reason.
     notes: losses in the recording, in sentences for the user.
     frozen: by signal, the intervals in s in which its readings were frozen and therefore left out.
-    sha256, opening: as defined in `ingest.identity`.
+    sha256, opening: as defined in `ingest.same_dive`.
     """
 
     name: str

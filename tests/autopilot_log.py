@@ -17,6 +17,8 @@ KINDS: Final = {
     "IMU": (2, "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
     "RCOU": (3, "QHHHH", "TimeUS,C1,C2,C3,C4"),
     "PARM": (4, "QNf", "TimeUS,Name,Value"),
+    "CTUN": (5, "Qf", "TimeUS,Alt"),
+    "BARO": (6, "QBf", "TimeUS,I,Press"),
 }
 LATE_S: Final = 2**0.5 / (2 * np.pi * 20.0)
 """Delay of ArduPilot's low-pass filter of the gyro at its usual corner, 20 Hz."""
@@ -77,8 +79,10 @@ def logged(
     seconds: float = 280.0,
     noise_rad_s: float = 0.002,
     parameters: dict[str, float] | None = None,
+    sinks: bool = False,
 ) -> Path:
-    """A `.BIN` of boot seconds from `start_s` on, dated by a clock of its own: rates of turn and commands at 25 Hz.
+    """A `.BIN` of boot seconds from `start_s` on, dated by a clock of its own: rates of turn and commands at 25 Hz, and
+    where it sinks, by 1 cm/s, depth and the pressure of the water.
 
     The rates come out of the autopilot's filter, whose corner is among its parameters.
     """
@@ -97,5 +101,9 @@ def logged(
         us = round(clock(boot_s) * 1e6)
         data += MAGIC + b"\x02" + struct.pack("<QB6f", us, 0, *rate, 0.0, 0.0, -9.81)
         data += MAGIC + b"\x03" + struct.pack("<Q4H", us, pulse_us, 1500, 1500, 1500)
+        if sinks:
+            deep_m = 0.01 * boot_s
+            data += MAGIC + b"\x05" + struct.pack("<Qf", us, -deep_m)
+            data += MAGIC + b"\x06" + struct.pack("<QBf", us, 0, 101_325.0 + 9810.0 * deep_m)
     path.write_bytes(data)
     return path

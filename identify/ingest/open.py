@@ -19,7 +19,7 @@ from bridge.wire.tlog import SUFFIXES
 from bridge.wire.whole_recording import files_to_read, unmerged_words, with_unmerged_frames
 from identify.checks.readings.copies import without_copies
 from identify.checks.readings.frozen import without_frozen
-from identify.checks.readings.impossible import LONGEST_DIVE_S, without_impossible, without_repeated
+from identify.checks.readings.impossible import refuse_years, without_impossible, without_repeated
 from identify.checks.readings.missing_signals import missing_signals
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.commands import with_known_commands, with_spread_commands
@@ -99,14 +99,7 @@ def read_dives(
 
 def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     """A dive as recorded, without impossible or frozen readings, and with notes. Raises LogError."""
-    path = recorded.source
-    start_s, end_s = recorded.span_s
-    if not end_s - start_s <= LONGEST_DIVE_S:
-        raise LogError(
-            f"its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
-            f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive",
-            path,
-        )
+    refuse_years(recorded.span_s, recorded.source)
     once = without_copies(recorded)
     piloted = once if vehicle is None else with_pulses(once, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
@@ -114,7 +107,7 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
     dive = without_heading_resets(without_frozen(without_repeated(possible), rest_us))
     return replace(
-        dive, notes=(*_unread(path), *dive.notes, *missing_signals(dive), *_misfits(dive, vehicle))
+        dive, notes=(*_unread(recorded.source), *dive.notes, *missing_signals(dive), *_misfits(dive, vehicle))
     )
 
 

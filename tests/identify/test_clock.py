@@ -116,6 +116,15 @@ def test_rows_that_hold_a_part_of_a_sample_each_stay_one_sample(tmp_path):
     assert dive.depth.time_s.tolist() == dive.altitude.time_s.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
 
 
+def test_rows_that_overtake_each_other_at_midnight_stay_in_one_night():
+    words = ["23:59:59.9", "00:00:00", "23:59:59.95", "00:00:00.05", "00:00:00.1"]
+    assert iso_s(words) - 86_400.0 == pytest.approx([-0.1, 0.0, -0.05, 0.05, 0.1], abs=1e-9)
+
+
+def test_a_pause_of_more_than_half_a_day_is_no_midnight_before_the_first():
+    assert iso_s(["06:00:00", "19:00:00", "01:00:00"]).tolist() == [21_600.0, 68_400.0, 90_000.0]
+
+
 def test_a_time_of_day_as_a_number_runs_on_over_minutes_and_midnight():
     stamps = np.array([202459.0, 202500.5, np.nan, 235959.0, 0.0, 101.0])
     expected = [73_499.0, 73_500.5, np.nan, 86_399.0, 86_400.0, 86_461.0]

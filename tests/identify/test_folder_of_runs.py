@@ -127,3 +127,12 @@ def test_a_folder_of_runs_is_no_dive_folder_to_be_made(capsys):
     proposed(capsys)
     assert cli.main(["import", "runs", "--columns", "made.yaml", "--out", "dive"]) == exit_codes.BAD_INPUT
     assert "is a folder of runs as it is; leave it out" in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_column_of_words_in_some_runs_that_is_empty_in_others_refuses_no_folder(runs, capsys):
+    for name, event in (("lap0", ""), ("lap1", "pinged"), ("lap2", ""), ("lap3", "pinged")):
+        header, *rows = (runs / f"{name}.csv").read_text().splitlines()
+        (runs / f"{name}.csv").write_text("\n".join([f"{header},event", *(f"{row},{event}" for row in rows)]))
+    said, written = proposed(capsys)
+    assert written["depth"] == {"columns": ["depth"], "unit": "cm"}
+    assert "event" in said

@@ -6,7 +6,7 @@ from built_recordings import Stamped, array, attitude, heartbeat, recording, ser
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from identify.dive import Signal
-from identify.ingest.mavlink.held_pressure import OLDEST_S, age_s
+from identify.ingest.mavlink.held_pressure import OLDEST_S, age_s, dated
 from identify.ingest.open import read_dive
 
 PA_PER_M = 10_050.0
@@ -49,6 +49,13 @@ def test_spikes_and_a_gap_of_the_dvl_do_not_bend_it():
     heard = (velocity.time_s < 40.0) | (velocity.time_s > 55.0)
     gappy = Signal(velocity.time_s[heard], velocity.value[heard])
     assert age_s(spiky, gappy, attitude_of) == pytest.approx(0.03, abs=0.003)
+
+
+def test_an_attitude_that_is_never_known_leaves_the_usual_age():
+    velocity, attitude_of = pitched()
+    unknown = Signal(attitude_of.time_s, np.full_like(attitude_of.value, np.nan))
+    made = dated(pressure(0.03), velocity, unknown)
+    assert made.time_s == pytest.approx(pressure(0.03).time_s - 0.085)
 
 
 def test_a_depth_that_tells_nothing_leaves_the_usual_age():

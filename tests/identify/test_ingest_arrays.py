@@ -127,6 +127,7 @@ def test_a_parquet_table_keeps_what_is_empty_apart_from_what_is_unknown(tmp_path
         "n": pa.array([1, 2, 3], pa.int32()),
         "v": pa.array([{"x": 1.0}, {"x": 2.0}, {"x": 3.0}]),
         "mode": pa.array(["manual", None, "auto"]),
+        "kind": pa.array(["calm", "sea", None]).dictionary_encode(),
         "many": pa.array([[1], [2], [3]]),
     }
     pq.write_table(pa.table(held), path)
@@ -140,7 +141,8 @@ def test_a_parquet_table_keeps_what_is_empty_apart_from_what_is_unknown(tmp_path
     assert {name: mask.tolist() for name, mask in recorded.empty.items()} == {
         "t": [False, False, True], "u": [False, False, True], "on": [False, True, False],
     }  # fmt: skip
-    assert stream.text == {"mode": ("manual", "", "auto")}
+    assert stream.text == {"mode": ("manual", "", "auto"), "kind": ("calm", "sea", "")}
+    assert stream.dates == {"t"}
     assert recorded.notes == ("Not read, as they are no columns of numbers: many.",)
 
 

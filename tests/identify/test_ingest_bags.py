@@ -409,6 +409,18 @@ def test_damage_in_the_middle_of_a_bag_costs_its_chunk_alone(
     assert f"{file.name} is cut off or damaged: all that is whole was read." in recorded.notes
 
 
+def test_a_damaged_message_that_its_recorder_packed_by_itself_costs_no_other(tmp_path: Path) -> None:
+    file = write_bag(tmp_path, "db3.zstd", swim(ROS2, COUNT))
+    with closing(sqlite3.connect(file)) as database:
+        (packed,) = database.execute("SELECT data FROM messages WHERE id = 1").fetchone()
+        database.execute("UPDATE messages SET data = ? WHERE id = 1", (packed[:8] + b"\1" * 8 + packed[16:],))
+        database.commit()
+    recorded = read_bag([file])
+    read = [len(stream.columns["received"]) for stream in recorded.streams]
+    assert sorted(read) == [COUNT - 1, COUNT, COUNT]
+    assert f"{file.name} is cut off or damaged: all that is whole was read." in recorded.notes
+
+
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
 def test_a_cut_is_said(tmp_path: Path, form: str) -> None:
     file = write_bag(tmp_path, form, swim(store_of(form), COUNT))

@@ -4,6 +4,7 @@ import gzip
 import math
 import random
 from collections import Counter
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -88,6 +89,56 @@ def test_a_wild_time_of_a_message_that_sets_no_clock_is_when_it_arrived(tmp_path
     ]
     dive = read_dive(write(tmp_path / "wild.tlog", recording(stamped)))
     assert dive.tau_cmd.time_s[-1] == pytest.approx(14.9, abs=0.03)
+
+
+def test_a_wild_time_before_all_others_is_when_it_arrived_too(tmp_path: Path) -> None:
+    times_s = 3600.0 + 0.1 * np.arange(100)
+    stamped = [(t, 1, 1, attitude(0.0 if k == 50 else t, 0.0)) for k, t in enumerate(times_s)]
+    dive = read_dive(write(tmp_path / "wild.tlog", recording(stamped)))
+    assert dive.attitude.time_s == pytest.approx(times_s, abs=0.01)
+
+
+def test_a_sender_that_states_no_time_is_dated_by_arrival(tmp_path: Path) -> None:
+    stamped = contract_dive()
+    timeless = [(t, s, 197, odometry(0.0, (0.1, 0.2, 0.3))) for t, s, _, m in stamped if m.id == 331]
+    rest = [item for item in stamped if item[3].id != 331]
+    both = sorted([*rest, *timeless], key=lambda item: item[0])
+    dive = read_dive(write(tmp_path / "timeless.tlog", recording(both)))
+    assert dive.velocity.time_s == pytest.approx(5.0 + 0.1 * np.arange(100), abs=0.03)
+    assert dive.span_s[0] == pytest.approx(5.0, abs=0.03)
+
+
+def driver_beside(heard_at: Callable[[float], float]) -> list[Stamped]:
+    """A minute of an attitude that states boot times, and of a DVL's driver that states none."""
+    stamped: list[Stamped] = []
+    for k in range(1200):
+        t = 100.0 + k / 20
+        step = mav.MAVLink_vision_position_delta_message(0, 100_000, [0, 0, 0], [0.05, 0, 0], 100)
+        messages = [(1, attitude(t, 0.1)), *([(255, step)] if k % 2 == 0 else [])]
+        stamped += [(heard_at(t), system, 1, message) for system, message in messages]
+    return stamped
+
+
+@pytest.mark.parametrize("set_s", [3600.0, -3600.0, 1.0, -1.0, 5e8])
+def test_a_recorder_s_clock_that_is_set_dates_nothing_anew(tmp_path: Path, set_s: float) -> None:
+    stamped = driver_beside(lambda t: t + set_s * (t > 131.52))
+    dive = read_dive(write(tmp_path / "set.tlog", recording(stamped)))
+    assert dive.velocity.time_s == pytest.approx(99.95 + 0.1 * np.arange(600), abs=1e-3)
+
+
+@pytest.mark.parametrize("set_s", [0.0, -3600.0])
+def test_a_link_that_stalls_is_no_clock_that_is_set_and_hides_none(tmp_path: Path, set_s: float) -> None:
+    """What it held back is dated by its arrival, for nothing tells more."""
+
+    def heard_at(t: float) -> float:
+        return 131.61 + 1e-3 * (t - 131.0) if 131.0 < t < 131.61 else t + set_s * (t > 132.0)
+
+    stamped = driver_beside(heard_at)
+    time_s = read_dive(write(tmp_path / "stalled.tlog", recording(stamped))).velocity.time_s
+    honest_s = 99.95 + 0.1 * np.arange(600)
+    held_back = (honest_s > 130.951) & (honest_s < 131.551)
+    assert time_s[~held_back] == pytest.approx(honest_s[~held_back], abs=1e-3)
+    assert time_s[held_back] == pytest.approx(131.56, abs=1e-3)
 
 
 def test_times_that_lie_years_apart_are_refused_in_one_sentence(tmp_path: Path) -> None:

@@ -62,6 +62,15 @@ def test_where_nothing_tells_it_is_the_middle(lacking):
     assert made.time_s == pytest.approx(END_S - STEP_S / 2)
 
 
+def test_a_long_step_that_is_sent_right_behind_a_short_one_leaves_the_times_in_order():
+    sent = steps(STEP_S * speed(END_S))
+    sent.value[50] *= 5.0
+    made = step_velocity.dated(sent, None, None, None)
+    assert len(made) == len(END_S)
+    assert (np.diff(made.time_s) >= 0).all()
+    assert np.abs(np.diff(made.value[:, 0])).max() < 0.3
+
+
 MAGIC = b"\xa3\x95"
 TABLES = {
     "ATT": (1, "QccC", "TimeUS,Roll,Pitch,Yaw", 14),

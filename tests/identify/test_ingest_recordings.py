@@ -236,15 +236,20 @@ def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of
     assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
 
 
-def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path) -> None:
-    """The bridge booted 60 s after the autopilot; both say what happens at the same instant."""
+@pytest.mark.parametrize("later_s", [60.0, 2 * 3600.0])
+def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path, later_s: float) -> None:
+    """The bridge booted later than the autopilot, whose pulses tell 32 bits of microseconds; both say what happens at
+    the same instant."""
     stamped: list[Stamped] = []
     for k in range(100):
         t = 5.0 + k / 10
         stamped.append((t, 1, 191, odometry(t, (t, 0.0, 0.0))))
         stamped += [(t, 1, 191, imu(t, 0, 0b111111, (0.0, 0.0, 0.1)))]
-        stamped.append((t, 1, 1, servos(round((t + 60) * 1e6), [1500, 1600])))
-        stamped.append((t, 1, 1, mav.MAVLink_scaled_pressure2_message(int((t + 60) * 1e3), 1100.0, 0, 2000)))
+        autopilot_s = t + later_s
+        stamped.append((t, 1, 1, servos(round(autopilot_s * 1e6), [1500, 1600])))
+        stamped.append(
+            (t, 1, 1, mav.MAVLink_scaled_pressure2_message(int(autopilot_s * 1e3), 1100.0, 0, 2000))
+        )
     dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert dive.pwm.time_s == pytest.approx(dive.velocity.time_s, abs=1e-3)
 
@@ -279,7 +284,7 @@ def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drift
 
 
 MAGIC = b"\xa3\x95"
-ATT, RCOU, IMU, ARM, RFND = 1, 2, 3, 4, 5
+ATT, RCOU, IMU, ARM, RFND, BAT = 1, 2, 3, 4, 5, 6
 
 
 def form(kind: int, name: str, letters: str, columns: str, size: int) -> bytes:
@@ -342,6 +347,20 @@ def test_an_echo_sounder_without_an_echo_tells_no_distance(tmp_path: Path, state
     path.write_bytes(data)
     expected = [3.0, NAN, NAN, NAN, 2.5] if stated else [3.0, 0.0, 3.0, 9.0, 2.5]
     assert read_dive(path).altitude.value[:, 0] == pytest.approx(expected, nan_ok=True)
+
+
+@pytest.mark.parametrize("instance", ["Instance", "Inst"])
+def test_the_voltage_is_that_of_the_first_battery_of_several(tmp_path: Path, instance: str) -> None:
+    """Older releases of ArduPilot call the number of a battery Instance, newer ones Inst."""
+    data = log() + form(BAT, "BAT", "QBf", f"TimeUS,{instance},Volt", 13)
+    for k in range(20):
+        for battery, volts in enumerate((15.5, 12.0)):
+            data += (
+                MAGIC + bytes([BAT]) + struct.pack("<QBf", 2_000_000 + 100_000 * k + battery, battery, volts)
+            )
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(data)
+    assert read_dive(path).voltage.value[:, 0].tolist() == [15.5] * 20
 
 
 def test_a_damaged_stretch_is_skipped_and_counted(tmp_path: Path) -> None:

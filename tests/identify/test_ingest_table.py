@@ -146,6 +146,21 @@ def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) ->
     assert pwm.rate_hz == pytest.approx(20.0)
 
 
+def test_commands_that_hold_over_years_fill_no_memory(tmp_path: Path) -> None:
+    rows = "".join(f"{ms},1,1,0,0,1500,1500,0,0\n" for k in range(20) for ms in [k + (k > 9) * 1.79e15])
+    with pytest.raises(LogError, match=r"its times lie 2\.07e\+07 days apart"):
+        read_dive(*table(tmp_path, rows, f"{MAP}commands_hold: true\n"))
+
+
+@pytest.mark.parametrize("hold", ["", "commands_hold: true\n"])
+def test_columns_without_any_number_are_a_signal_that_is_missing(tmp_path: Path, hold: str) -> None:
+    map_text = MAP.replace("tau_cmd", "#") + 'armed: {columns: [X], unit: "1"}\n' + hold
+    dive = read_dive(*table(tmp_path, "".join(f"{k},1,1,0,0,,,,\n" for k in range(3)), map_text))
+    assert dive.pwm is None
+    assert any("Neither thruster commands nor wrenches" in note for note in dive.notes)
+    assert not any("never armed" in note for note in dive.notes)
+
+
 @pytest.mark.parametrize("name", ["Yaw_test_3.csv", "Depth_test_4.csv", "depth_test.csv"])
 def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
     dive = read_dive(shared("data", "bolt_auv", name), Path("bolt"))

@@ -19,6 +19,7 @@ from identify.ingest.mapping.column_map import ColumnMap, TimeColumn, column_map
 from identify.ingest.mapping.map_text import map_text, uncertain
 from identify.ingest.mapping.proposal import NothingKnown
 from identify.ingest.mapping.proposal_of_runs import propose
+from identify.ingest.mapping.ranges import time_unit_of
 from identify.ingest.mapping.signals import dive_fields
 
 LOG = Path("log.csv")
@@ -334,12 +335,33 @@ def test_a_clock_that_counts_to_59_and_on_from_100_is_the_time_of_day():
     np.testing.assert_allclose(np.diff(dive.depth.time_s), 0.05, atol=1e-9)
 
 
+@pytest.mark.parametrize(("unit", "in_a_second"), [("ns", 1e9), ("us", 1e6), ("ms", 1e3)])
+def test_a_clock_of_a_computer_that_has_run_for_days_counts_in_the_unit_of_its_steps(unit, in_a_second):
+    read = readings()
+    days = {**usual(read), "t": (2.5 * 86_400.0 + read["t"]) * in_a_second}
+    assert proposed(days).columns.time == TimeColumn("t", unit)
+
+
+@pytest.mark.parametrize(("unit", "in_a_second"), [("ns", 1e9), ("us", 1e6), ("ms", 1e3), ("s", 1.0)])
+def test_a_date_as_a_number_is_known_by_its_size_however_seldom_it_is_logged(unit, in_a_second):
+    assert time_unit_of((1.79e9 + 20.0 * np.arange(9)) * in_a_second) == (unit, True)
+
+
 def test_a_clock_of_dates_is_taken_for_one():
     second = [f"2026-07-19T10:15:{k:02d}Z" for k in range(50)]
     stream = Stream("", {"depth": np.linspace(1.0, 2.0, 50)}, {"time": tuple(second)})
     proposal = propose((stream,), LOG)
     assert proposal.columns.time == TimeColumn("time", "iso")
     assert np.diff(mapped((stream,), proposal.columns, LOG).depth.time_s) == pytest.approx(1.0)
+
+
+def test_a_date_that_the_file_holds_as_one_is_in_seconds_whatever_its_name_ends_in():
+    columns = {**usual(READ), "timestamp_ns": 1.79e9 + READ["t"]}
+    del columns["t"]
+    streams = (Stream("", columns, {}, frozenset({"timestamp_ns"})),)
+    proposal = propose(streams, LOG)
+    assert proposal.columns.time == TimeColumn("timestamp_ns", "s")
+    assert_maps_to_the_truth(streams, proposal)
 
 
 def test_the_written_map_reads_back_as_the_proposal():
@@ -576,6 +598,13 @@ def test_roll_and_pitch_in_radians_beside_a_heading_in_degrees_are_mended():
         1.0,
     )
     assert_maps_to_the_truth(table(columns), proposal)
+
+
+def test_a_clock_that_was_set_by_years_between_two_rows_is_said_and_fills_no_memory():
+    columns = {**usual(READ), "t": READ["t"] + np.where(READ["t"] > 20.0, 1.79e12, 0.0)}
+    notes = " ".join(proposed(columns).notes)
+    assert "No signal was held against another, as this map reads no dive." in notes
+    assert "its times lie 2.07e+07 days apart" in notes
 
 
 def test_why_a_map_reads_no_dive_is_said_when_it_is_proposed():

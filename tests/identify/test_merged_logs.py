@@ -6,6 +6,7 @@ from autopilot_log import Turning, heard, logged
 from fakes.shared import shared
 
 from bridge.errors import LogError
+from bridge.vehicle.config import Water, load_vehicle
 from bridge.wire.clock_line import ClockLine, fit_clock
 from identify.dive import Signal
 from identify.ingest.mavlink.autopilot_log import in_holes, merged
@@ -99,6 +100,40 @@ def test_what_was_never_heard_is_brought_and_what_lies_beyond_the_dive_is_not(tm
     assert whole.span_s == (heard_s[0], heard_s[-1])
     note = next(note for note in whole.notes if note.startswith("7.bin is merged"))
     assert "100 s of it lie before or after what was heard" in note
+
+
+def test_the_pressure_of_a_log_tells_the_depth_of_a_dive_that_heard_none(tmp_path):
+    turning = Turning()
+    folder = folder_of(tmp_path, turning)
+    assert read_dive(folder).depth_by(Water()) is None
+    logged(folder / "7.bin", turning, since_its_own_boot(), sinks=True)
+    whole = read_dive(folder)
+    depth = whole.depth_by(Water())
+    assert depth is not None
+    assert np.diff(depth.at(np.array([150.0, 250.0]))[:, 0]) == pytest.approx(1.0, rel=0.05)
+    assert any("It brings pressure." in note for note in whole.notes)
+
+
+def test_a_log_brings_no_pressure_beside_a_depth_that_was_heard(tmp_path):
+    turning = Turning()
+    folder = folder_of(tmp_path, turning)
+    log = logged(tmp_path / "7.bin", turning, since_its_own_boot(), sinks=True)
+    telemetry = folder / "telemetry.tlog"
+    fields = read_tlog([telemetry], "t")
+    fields["depth"] = Signal(fields["gyro"].time_s, 0.01 * fields["gyro"].time_s[:, None])
+    assert "pressure" not in merged(fields, [telemetry], log)
+
+
+def test_the_frame_that_a_log_states_is_held_against_the_vehicle_file_where_none_was_heard(tmp_path):
+    turning = Turning()
+    folder = folder_of(tmp_path, turning)
+    bluerov2 = load_vehicle("bluerov2")
+    assert read_dive(folder, vehicle=bluerov2).motors == 0
+    logged(folder / "7.bin", turning, since_its_own_boot(), parameters={"FRAME_CONFIG": 2.0})
+    with pytest.raises(
+        LogError, match=r"drives 8 motors \(FRAME_CONFIG\), and vehicle 'bluerov2' has 6 thrusters"
+    ):
+        read_dive(folder, vehicle=bluerov2)
 
 
 def test_originals_stay_and_the_dive_is_known_by_both(tmp_path):

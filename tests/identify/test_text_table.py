@@ -43,6 +43,8 @@ def dive_of(tmp_path, text, columns=MAP):
         ("# a tank\n% of ours\n\nt,z\n0,1.5\n# lunch\n1,2.25\n", "a.csv"),
         ("# a tank\n# t z\n0 1.5\n1 2.25\n", "a.txt"),
         ("%t,z\n0,1.5\n1,2.25\n", "a.csv"),
+        ("# t z\n0,00 1,50\n1,00 2,25\n", "a.txt"),
+        ("# t, z\n0, 1.5\n1, 2.25\n", "a.txt"),
         ('"t","z"\n"0","1.5"\n"1","2.25"\n', "a.csv"),
         ("t,z\n0,1.5,\n1,2.25,\n", "a.csv"),
         ("t,z\r0,1.5\r1,2.25\r", "a.csv"),

@@ -83,6 +83,18 @@ def test_a_position_delta_of_a_driver_that_states_no_time_was_never_turned(tmp_p
     assert dive.velocity.time_s == pytest.approx(TIMES_S[2:-2] - EVERY_S / 2, abs=1e-3)
 
 
+def test_position_deltas_that_arrive_at_once_after_a_stall_are_in_order_of_their_middles(tmp_path):
+    def message_at(t):
+        seconds = EVERY_S * (3.0 if round(10 * t) % 3 == 0 else 1.0)
+        moved = [float(v) * seconds for v in (SURGE, SWAY, SINK)]
+        return mav.MAVLink_vision_position_delta_message(0, round(seconds * 1e6), [0.0] * 3, moved, 100)
+
+    dive = read(tmp_path, message_at)
+    assert len(dive.velocity) == 196
+    assert (np.diff(dive.velocity.time_s) > 0).all()
+    assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-6)
+
+
 def test_a_driver_on_the_vehicles_clock_is_dated_by_its_own_stamps_and_another_by_arrival(tmp_path):
     dated = read(tmp_path, position_delta, late_s=0.08)
     assert dated.velocity.time_s == pytest.approx(TIMES_S[2:-2] - EVERY_S / 2, abs=1e-5)

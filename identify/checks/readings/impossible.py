@@ -4,12 +4,14 @@ A likelihood that takes each copy for a reading concludes that the velocity stan
 """
 
 from dataclasses import replace
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from bridge.errors import LogError
 from identify.checks.readings.copies import come_equally_often
 from identify.dive import Dive, Signal
 from identify.ingest.commands import percent
@@ -78,6 +80,18 @@ def without_impossible(dive: Dive) -> Dive:
 
 LONGEST_DIVE_S: Final = 30 * 86_400.0
 """Later steps allocate by the seconds of a dive, so that an impossible time would fill the memory."""
+
+
+def refuse_years(span_s: tuple[float, float], path: Path) -> None:
+    """Raise LogError for the first and the last time, s, of a recording that lie further apart than any dive lasts."""
+    start_s, end_s = span_s
+    if not end_s - start_s <= LONGEST_DIVE_S:
+        raise LogError(
+            f"its times lie {(end_s - start_s) / 86_400:.3g} days apart, and a dive is no longer than "
+            f"{LONGEST_DIVE_S / 86_400:.0f}; mend its times, or cut out the dive",
+            path,
+        )
+
 
 WILD_S: Final = 60.0
 """A time that differs from those around it by more than this is impossible."""

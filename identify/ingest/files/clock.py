@@ -11,6 +11,8 @@ from bridge.arrays import Array
 EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 TICK: Final = timedelta(microseconds=1)
 DAY_S: Final = 86_400.0
+LATE_S: Final = 600.0
+"""No row comes later than this behind its neighbours: one from before midnight is told from a pause of half a day."""
 FEWEST_SECONDS: Final = 3
 NEARLY, MOST = 0.15, 0.8
 """Seconds hold about as many rows each if MOST of them are within NEARLY of the usual number, or off by one row."""
@@ -58,9 +60,11 @@ def of_day_s(stamps: Array) -> Array:
 
 
 def _past_midnight(time_s: Array) -> Array:
-    """Times of day (n,) in s that run on past midnight."""
+    """Times of day (n,) in s that run on past midnight; a row that comes late there is of the day before."""
     known = np.flatnonzero(np.isfinite(time_s))
-    time_s[known[1:]] += DAY_S * np.cumsum(np.diff(time_s[known]) < -0.5 * DAY_S)
+    steps_s = np.diff(time_s[known])
+    days = (steps_s < -0.5 * DAY_S).astype(np.int64) - (steps_s > DAY_S - LATE_S)
+    time_s[known[1:]] += DAY_S * np.cumsum(days)
     return time_s
 
 

@@ -25,12 +25,14 @@ def read_parquet(path: Path) -> Streams:
         table = table.flatten()
     if not table.num_rows:
         raise LogError("holds no rows; give a table with a row for each sample", path)
-    columns, text, empty, left_out = {}, {}, {}, []
+    columns, text, empty, left_out, dates = {}, {}, {}, [], set()
+    types = arrow.types
     for name, column in zip(table.column_names, table.columns, strict=True):
-        if arrow.types.is_string(column.type) or arrow.types.is_large_string(column.type):
+        if types.is_dictionary(column.type):
+            column = column.cast(column.type.value_type)
+        if types.is_string(column.type) or types.is_large_string(column.type):
             text[name] = tuple(word or "" for word in column.to_pylist())
             continue
-        types = arrow.types
         if types.is_decimal(column.type) or types.is_boolean(column.type):
             column = column.cast(arrow.float64() if types.is_decimal(column.type) else arrow.uint8())
         is_number = types.is_primitive(column.type) and not types.is_time(column.type)
@@ -43,5 +45,7 @@ def read_parquet(path: Path) -> Streams:
             numbers[nothing] = np.nan
             empty[name] = nothing
         columns[name] = numbers
+        if not types.is_integer(column.type) and not types.is_floating(column.type):
+            dates.add(name)
     notes = (f"Not read, as they are no columns of numbers: {some_of(left_out)}.",) if left_out else ()
-    return Streams((Stream("", columns, text),), notes, empty)
+    return Streams((Stream("", columns, text, frozenset(dates)),), notes, empty)

@@ -19,7 +19,8 @@ class Stream:
 
     name: of the topic; empty for a file that holds a single table. columns: by name, (n,) each, in the file's own
     units; NaN where a row has no value. Times are columns as well. `text`: columns (n,) of words, which no signal can
-    be made of, except times.
+    be made of, except times. dates: the columns that a Parquet itself holds as dates, or as spans of time, and not as
+    numbers; they are in s, whatever unit their names end in.
 
     A column map names a column by topic and field, as `/dvl/data.velocity.x`, or by the field alone in a single table.
     """
@@ -27,6 +28,7 @@ class Stream:
     name: str
     columns: dict[str, Array]
     text: dict[str, tuple[str, ...]]
+    dates: frozenset[str] = frozenset()
 
     def full_name(self, column: str) -> str:
         """The name that a column map uses."""

@@ -147,7 +147,18 @@ def _sniffed(lines: Sequence[str]) -> _Form:
         alike = sum(count == counts[0] for count in counts[1:]) if counts[0] > 1 else 0
         if alike > most:
             best, most = form, alike
+    spaced = _Form(" ", True)
+    if best.separator == "," and not _are_numbers(head, best) and _are_numbers(head, spaced):
+        return spaced
     return _Form(best.separator, best.separator != "," and _has_decimal_commas(lines[1:], best))
+
+
+def _are_numbers(lines: Sequence[str], form: _Form) -> bool:
+    """Whether lines hold numbers alone, several each, and no comma but a decimal one."""
+    rows = [form.cells(" ".join(line.split())) for line in lines]
+    return all(
+        len(row) > 1 and all(form.is_number(cell) and not cell.endswith(",") for cell in row) for row in rows
+    )
 
 
 def _has_decimal_commas(lines: Sequence[str], form: _Form) -> bool:

@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.ingest.files.run_column import run_column_in, split_table
+from identify.ingest.files.run_column import labels, run_column_in, split_table
 from identify.ingest.files.streams import Stream, some_of
 from identify.ingest.mapping.candidates import SIGNALS, Choice, Confidence
 from identify.ingest.mapping.column_map import Columns, RunColumn
@@ -118,13 +119,21 @@ def _shows(choice: Choice) -> bool:
 
 
 def _behind_one_another(runs: Sequence[Sequence[Stream]]) -> tuple[Stream, ...]:
-    """The rows of all runs, stream by stream, in the first run's order."""
+    """The rows of all runs, stream by stream, in the first run's order; a column is of numbers or of words as there."""
     named = [{stream.name: stream for stream in run} for run in runs]
     return tuple(
         Stream(
             name,
-            {field: np.concatenate([run[name].columns[field] for run in named]) for field in stream.columns},
-            {field: tuple(word for run in named for word in run[name].text[field]) for field in stream.text},
+            {field: np.concatenate([_cells(run[name], field) for run in named]) for field in stream.columns},
+            {
+                field: tuple(np.concatenate([labels(run[name], field) for run in named]))
+                for field in stream.text
+            },
         )
         for name, stream in named[0].items()
     )
+
+
+def _cells(stream: Stream, field: str) -> Array:
+    """The numbers (n,) of a column; NaN in each row of a column of words."""
+    return stream.columns.get(field, np.full(len(stream.text.get(field, ())), np.nan))

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.clock import OLDEST_UNIX_S
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.ingest.mapping.column_map import TIME_UNITS
 from identify.ingest.mapping.units import AIR_PA, UNITS
 
 PRESSURES = UNITS["pressure"]
@@ -40,6 +42,9 @@ GRAVITIES = tuple(
 
 SPINS_RAD_S = 0.4
 """A vehicle that turns faster for nine tenths of a recording spins; few do."""
+
+LATEST_UNIX_S = 4.1e9
+"""Of the year 2100. A larger time since 1970 is of a smaller unit, or since the start of a computer."""
 
 MIDDLE_US = 1500.0
 """Pulse of most thrusters at rest."""
@@ -108,9 +113,8 @@ def unit_of(signal: str, values: Array) -> Guess:
 def time_unit_of(time: Array) -> tuple[str, bool]:
     """Unit of a time column (n,) in rising order by its size or steps, and whether only that unit fits."""
     known = time[np.isfinite(time)]
-    for least, unit in ((1e17, "ns"), (1e14, "us"), (1e11, "ms"), (1e8, "s")):
-        # Since 1970, these are years after 1973.
-        if len(known) and known[0] >= least:
+    for unit, size_s in TIME_UNITS.items():
+        if len(known) and OLDEST_UNIX_S <= known[0] * size_s < LATEST_UNIX_S:
             return unit, True
     steps = np.diff(known)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array, Mask
 from bridge.errors import LogError
-from identify.checks.readings.impossible import LONGEST_DIVE_S, tame
+from identify.checks.readings.impossible import LONGEST_DIVE_S, refuse_years, tame
 from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.commands import spread
@@ -48,8 +48,9 @@ NOTHING_IN_COMMON = "they have no time in common, and may be on two clocks"
 def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, Any]:
     """Fields of a Dive (all but its name, source and hash) that a column map makes of streams. Raises LogError.
 
-    Each signal has the times of its stream. A row in which all cells of a signal are empty has no sample of it; a NaN
-    is an unknown value. Rows of the same time become one row as far as their cells do not contradict each other.
+    Each signal has the times of its stream. A row in which all cells of a signal are empty has no sample of it, and a
+    signal without a sample is left out; a NaN is an unknown value. Rows of the same time become one row as far as their
+    cells do not contradict each other.
     """
     names = _Names(recorded, path)
     wanted = {name: names.of_signal(name, source) for name, source in columns.signals().items()}
@@ -90,8 +91,11 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
         signals["attitude"] = quaternion
     if columns.velocity is not None and columns.velocity.frame in EARTH:
         signals["velocity"] = _turned(signals, columns.velocity.frame, path, notes)
+    signals = {name: signal for name, signal in signals.items() if len(signal)}
+    start_s = min((float(signal.time_s[0]) for signal in signals.values()), default=0.0)
+    end_s = max((float(signal.time_s[-1]) for signal in signals.values()), default=0.0)
+    refuse_years((start_s, end_s), path)
     if columns.commands_hold:
-        end_s = max((float(signal.time_s[-1]) for signal in signals.values() if len(signal)), default=0.0)
         for name in {*COMMANDS.values(), "thrust_cmd", "tau_cmd"} & signals.keys():
             signals[name] = spread(signals[name], end_s)
     return {

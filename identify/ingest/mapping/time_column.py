@@ -46,7 +46,7 @@ def time_column(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]
             f"The header times of {listed(back)} fall back from message to message, so the log's are taken, which are "
             f"later by what the way takes; if messages only overtook each other, '{STAMP}' is right."
         )
-    unit = time_unit(column)[1]
+    unit = "s" if any(column in stream.dates for stream in streams) else time_unit(column)[1]
     values = [stream.columns[column] for stream in streams if column in stream.columns]
     if not values:
         return TimeColumn(column, ISO), ""

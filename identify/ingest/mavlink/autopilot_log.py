@@ -29,11 +29,13 @@ APART: Final = 0.3
 
 WORDS: Final = {
     "velocity": "velocity", "gyro": "rates of turn", "specific_force": "acceleration", "attitude": "attitude",
-    "depth": "depth", "altitude": "altitude", "pwm": "thruster commands", "voltage": "voltage", "armed": "arming",
-    "gnss": "position",
+    "depth": "depth", "pressure": "pressure", "altitude": "altitude", "pwm": "thruster commands",
+    "voltage": "voltage", "armed": "arming", "gnss": "position",
 }  # fmt: skip
-WHOLE_ONLY: Final = ("armed", "gnss")
+WHOLE_ONLY: Final = ("armed", "gnss", "pressure")
 """Signals taken only if nothing of them was heard; their holes are not filled."""
+OTHERWISE: Final = {"depth": "pressure", "pressure": "depth"}
+"""Signals that are not taken where what was heard tells the same in another way."""
 
 
 def logs_beside(folder: Path) -> list[Path]:
@@ -119,7 +121,7 @@ def _filled(
     out, brings, fills, differ = dict(fields), [], [], []
     for name, words in WORDS.items():
         logged, heard = moved.get(name), fields.get(name)
-        if logged is None or len(logged) == 0 or (name == "depth" and "pressure" in fields and heard is None):
+        if logged is None or len(logged) == 0 or (heard is None and OTHERWISE.get(name) in fields):
             continue
         if heard is None or len(heard) == 0:
             out[name] = logged
@@ -151,7 +153,8 @@ def _filled(
         sentences.append(f"Left out, for differing from what was heard: {listed(differ)}.")
     if beyond_s >= 1.0:
         sentences.append(f"{beyond_s:.0f} s of it lie before or after what was heard, and are left out.")
-    return out | {"notes": (*fields["notes"], " ".join(sentences))}
+    motors = fields["motors"] or theirs["motors"]
+    return out | {"motors": motors, "notes": (*fields["notes"], " ".join(sentences))}
 
 
 def in_holes(mine: Signal, other: Signal) -> NDArray[np.bool_]:
@@ -191,6 +194,6 @@ def _as_heard(name: str, mine: Signal, other: Signal) -> Signal | None:
 
 
 def _together(mine: Signal, new: Signal) -> Signal:
-    time_s = np.concatenate((mine.time_s, new.time_s))
-    order = np.argsort(time_s, kind="stable")
-    return Signal(time_s[order], np.concatenate((mine.value, new.value))[order])
+    return Signal(
+        np.concatenate((mine.time_s, new.time_s)), np.concatenate((mine.value, new.value))
+    ).in_order()

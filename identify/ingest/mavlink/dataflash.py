@@ -227,7 +227,7 @@ def _signals(log: _Log) -> dict[str, Signal]:
         "depth": depth if pressure is None else None,
         "altitude": _altitude(log),
         "pwm": _pwm(log),
-        "voltage": log.signal("BAT", ("Volt",), Instance=0) or log.signal("CURR", ("Volt",)),
+        "voltage": log.signal("BAT", ("Volt",), Instance=0, Inst=0) or log.signal("CURR", ("Volt",)),
         "armed": _armed(log),
         "gnss": _gnss(log),
     }

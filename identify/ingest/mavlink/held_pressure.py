@@ -34,7 +34,7 @@ def dated(pressure: Signal, velocity: Signal | None, attitude: Signal | None) ->
     velocity (n, 3) of a DVL in body axes, m/s, and attitude (n, 4), where they are recorded.
     """
     late_s = LATE_S
-    if velocity is not None and attitude is not None and len(attitude) >= 2:
+    if velocity is not None and attitude is not None:
         late_s = age_s(pressure, velocity.finite(), attitude.finite())
     return Signal(pressure.time_s - late_s, pressure.value)
 
@@ -46,6 +46,8 @@ def age_s(pressure: Signal, velocity: Signal, attitude: Signal) -> float:
     The pressure's steps are fitted by those of the depth, of the speed downwards and of time (the DVL's zero error), so
     neither the water's density nor the sensor's unit matters.
     """
+    if len(attitude) < 2:
+        return LATE_S
     inside = (velocity.time_s >= attitude.time_s[0]) & (velocity.time_s <= attitude.time_s[-1])
     time_s, nu = velocity.time_s[inside], velocity.value[inside]
     if len(time_s) < FEWEST:

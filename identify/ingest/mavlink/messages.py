@@ -8,6 +8,7 @@ the frame that came quickest.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any, Final
 
 import numpy as np
@@ -26,6 +27,7 @@ CLEARLY_MORE = 5.0
 REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
 BLOCK_S = 10.0
+SET_S = 0.25  # a recorder's clock that jumps by more was set
 MOST_RUNS = 20  # that are read; a recording of two vehicles seems to restart thousands of times
 WRAP_S = 2**32 * 1e-6
 NEAR_S, NEARLY_ALL = 1.0, 0.95  # when a driver's stamps count as being on the vehicle's clock
@@ -171,21 +173,23 @@ class Messages:
         stated = stated_s(fields)
         stated[stated > own_clock.last_s + WILD_S] = np.nan
         if "time_usec" in fields and fields["time_usec"].dtype == np.dtype("<u4"):
-            stated += np.round((by_arrival - stated) / WRAP_S) * WRAP_S
+            arrived = self.frames.arrival_s[fields.rows] - own_clock.at(fields.rows)
+            stated += np.round((arrived - stated) / WRAP_S) * WRAP_S
+        stated[stated < own_clock.boot_s[0] - WILD_S] = np.nan
         at = own_clock.row_of(stated)
         stated += own_clock.at(at) - self.clocks[self.primary].at(at)
         return np.where(np.isfinite(stated), stated, by_arrival)
 
 
 def stated_s(fields: Fields) -> Array:
-    """Boot time that each message states, in s; NaN if it states none, or a Unix time."""
-    if "time_boot_ms" in fields:
-        return fields["time_boot_ms"].astype(np.float64) * 1e-3
-    name = next((name for name in ("time_usec", "usec") if name in fields), None)
+    """Boot time that each message states, in s; NaN if it states none, or a Unix time, or if all of several state 0."""
+    units_s = {"time_boot_ms": 1e-3, "time_usec": 1e-6, "usec": 1e-6}
+    name = next((name for name in units_s if name in fields), None)
     if name is None:
         return np.full(len(fields), np.nan)
-    time_s = fields[name].astype(np.float64) * 1e-6
-    return np.where(time_s < LONGEST_BOOT_S, time_s, np.nan)
+    time_s = fields[name].astype(np.float64) * units_s[name]
+    states_none = len(time_s) > 1 and not time_s.any()
+    return np.where((time_s < LONGEST_BOOT_S) & (not states_none), time_s, np.nan)
 
 
 def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
@@ -274,17 +278,39 @@ def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
 
 
 def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
-    offset = frames.arrival_s[rows] - time_s
-    # Never more than rows: the span is only as good as the recording's times.
-    blocks = min(max(1, int((time_s.max() - time_s.min()) / BLOCK_S)), len(rows))
-    starts = np.unique(np.linspace(0, len(rows), blocks, endpoint=False).astype(np.int64))
-    latest_s = np.maximum.accumulate(time_s)
-    return _ClockOffset(
-        rows[starts].astype(np.float64),
-        np.minimum.reduceat(offset, starts),
-        latest_s[starts],
-        float(latest_s[-1]),
-    )
+    offset, latest_s = frames.arrival_s[rows] - time_s, np.maximum.accumulate(time_s)
+    parts: list[Array] = []
+    first_row = rows[0]
+    for begin, end in pairwise([0, *_set_at(offset, time_s), len(rows)]):
+        # Never more than rows: the span is only as good as the recording's times.
+        blocks = min(max(1, int(np.ptp(time_s[begin:end]) / BLOCK_S)), end - begin)
+        starts = np.unique(np.linspace(begin, end, blocks, endpoint=False).astype(np.int64))
+        least = np.minimum.reduceat(offset[:end], starts)
+        parts.append(np.column_stack([rows[starts], least, latest_s[starts]]))
+        parts[-1][0, 0] = first_row
+        if end < len(rows):
+            between_s = frames.arrival_s[rows[end - 1] : rows[end] + 1]
+            last_row = rows[end - 1] + int(np.abs(np.diff(between_s)).argmax())
+            parts.append(np.array([[last_row, least[-1], latest_s[end - 1]]]))
+            first_row = last_row + 1
+    row, least, boot_s = np.concatenate(parts).T
+    return _ClockOffset(row, least, boot_s, float(latest_s[-1]))
+
+
+def _set_at(offset: Array, time_s: Array) -> list[int]:
+    """Where the recorder's clock was set: the offset (n,) of its times from boot times (n,) jumps, and stays there for
+    BLOCK_S. After a link that stalled, it falls back."""
+    near = round(BLOCK_S * len(offset) / max(float(np.ptp(time_s)), BLOCK_S))
+    least = max(near // 5, 1)
+    set_at: list[int] = []
+    for at in (np.flatnonzero(np.abs(np.diff(offset)) > SET_S) + 1).tolist():
+        since = max([at - near, 0, *set_at[-1:]])
+        if at - since < least or len(offset) - at < least:
+            continue
+        by_s = offset[at : at + near].min() - offset[since:at].min()
+        if abs(by_s) > SET_S and abs(offset[at] - offset[at - 1] - by_s) < 0.5 * abs(by_s):
+            set_at.append(at)
+    return set_at
 
 
 def _rising(time_s: Array, fields: Fields) -> Batch:

@@ -40,15 +40,16 @@ def dated(
     middle = Signal(at_end.time_s - step_s / 2, at_end.value)
     inertial = [signal.finite() for signal in (gyro, specific_force, attitude) if signal is not None]
     if len(inertial) < 3 or min(map(len, inertial)) < FEWEST:
-        return middle
+        return middle.in_order()
     gained = _gained(at_end, *inertial)
     inside = (middle.time_s >= gained.time_s[0]) & (at_end.time_s <= gained.time_s[-1])
     between_s = np.diff(at_end.time_s)
     pairs = inside[1:] & inside[:-1] & (between_s <= LONGEST_S) & np.isclose(between_s, step_s[1:], rtol=0.5)
     pairs &= np.isfinite(np.diff(at_end.value, axis=0)).all(axis=1)
     if np.count_nonzero(pairs) < FEWEST:
-        return middle
-    return at_end if _misfit(at_end, gained, pairs) + LEAST_NATS < _misfit(middle, gained, pairs) else middle
+        return middle.in_order()
+    fits_end = _misfit(at_end, gained, pairs) + LEAST_NATS < _misfit(middle, gained, pairs)
+    return at_end if fits_end else middle.in_order()
 
 
 def _gained(velocity: Signal, gyro: Signal, force: Signal, attitude: Signal) -> Signal:

@@ -112,7 +112,9 @@ def _deltas(batch: Batch | None, companions: Collection[int]) -> Signal | None:
     half = 0.5 * batch.fields["angle_delta"].astype(np.float64)
     stated = (batch.fields["time_usec"] > 0) & np.isfinite(half).all(axis=1)
     velocity[stated] = rotation.turned_by(half[stated], velocity[stated])
-    return _where(batch.time_s - step_s / 2, velocity, step_s > 0)
+    middle = _where(batch.time_s - step_s / 2, velocity, step_s > 0)
+    # Behind a link that stalled, messages arrive at once, and a long step's middle before that of the step before.
+    return None if middle is None else middle.in_order()
 
 
 def _of_earth(batch: Batch | None, names: tuple[str, str, str], attitude: Signal | None) -> Signal | None:

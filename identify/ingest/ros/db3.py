@@ -42,7 +42,7 @@ def read_db3(path: Path, wanted: Wanted) -> Iterator[Message]:
         )
     stated = int.from_bytes(header[PAGE_SIZE], "big")
     page_bytes = LARGEST_PAGE_BYTES if stated == 1 else stated
-    is_cut = path.stat().st_size < int.from_bytes(header[PAGES], "big") * page_bytes
+    is_cut = is_damaged = path.stat().st_size < int.from_bytes(header[PAGES], "big") * page_bytes
     try:
         with closing(_cut(path, page_bytes) if is_cut else _whole(path)) as database:
             topics = _topics(database, wanted)
@@ -53,10 +53,15 @@ def read_db3(path: Path, wanted: Wanted) -> Iterator[Message]:
                 asked = database.execute("SELECT topic_id, timestamp, data FROM messages ORDER BY id")
             for number, time_ns, data in asked:
                 if number in topics and isinstance(data, bytes) and isinstance(time_ns, int):
-                    yield topics[number], time_ns, unpacked_message(data, path)
+                    try:
+                        message = unpacked_message(data, path)
+                    except CutOff:
+                        is_damaged = True
+                        continue
+                    yield topics[number], time_ns, message
     except _DAMAGED:
         raise CutOff from None
-    if is_cut:
+    if is_damaged:
         raise CutOff
 
 
