@@ -357,7 +357,8 @@ def mended(stamp: int | None, before: int | None, following: int | None) -> int:
     """Return a record's stamp, or that of the previous record if its own is lost or an outlier.
 
     `before` is the previous stamp, already mended; `following` is the next stamp that is not lost. Either may be None
-    at an end of the recording; without `before`, `following` is used.
+    at an end of the recording; without `before`, `following` is used. Where the clock was set back, a stamp on either
+    side of that is no outlier.
     """
     neighbours = [near for near in (before, following) if near is not None]
     if stamp is None:
@@ -366,6 +367,8 @@ def mended(stamp: int | None, before: int | None, following: int | None) -> int:
         low, high = None, following
     elif following is None:
         low, high = before, None
+    elif min(abs(stamp - before), abs(stamp - following)) < before - following - OUTLIER_US:
+        return stamp
     else:
         low, high = min(neighbours), max(neighbours)
     if (low is not None and stamp < low - OUTLIER_US) or (high is not None and stamp > high + OUTLIER_US):

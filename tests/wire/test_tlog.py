@@ -179,6 +179,14 @@ def test_damage_costs_the_record_that_it_hits_alone_and_a_lost_stamp_is_its_neig
     assert read(path) == expected
 
 
+def test_the_stamps_of_a_slow_recording_stand_where_its_clock_was_set_back(tmp_path):
+    slow = [(LOG[0][0] + 200_000 * i, raw) for i, (_, raw) in enumerate(LOG)]
+    back = [(stamp - (3_600_000_000 if i >= 5 else 0), raw) for i, (stamp, raw) in enumerate(slow)]
+    path = tmp_path / "dive.tlog"
+    path.write_bytes(to_bytes(back))
+    assert read(path) == back
+
+
 def test_an_unknown_id_is_kept_unchecked(tmp_path):
     log = records(4)
     log.insert(2, (log[1][0] + 1, unknown_frame(b"\xfd" * 30)))
