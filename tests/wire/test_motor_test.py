@@ -78,11 +78,14 @@ def test_a_bridge_without_thrusters_says_that_it_knows_no_motor_test():
     assert answer.result == dialect.MAV_RESULT_UNSUPPORTED
 
 
-def test_arming_and_disarming_are_done_when_the_vehicle_says_so():
+def test_arming_is_done_when_the_vehicle_answers_and_disarming_is_ordered_until_two_heartbeats_say_so():
     vehicle = FakeVehicle()
     arm(vehicle, vehicle.clock, (1, 1))
+    assert vehicle.orders == [1.0]
+    began_s = vehicle.clock.boot_s()
     disarm(vehicle, vehicle.clock, (1, 1))
-    assert vehicle.orders == [1.0, 0.0]
+    assert {*vehicle.orders[1:]} == {0.0}
+    assert 1.0 <= vehicle.clock.boot_s() - began_s <= 2.1
 
 
 def test_a_refusal_is_told():
@@ -95,7 +98,7 @@ def test_a_refusal_is_told():
 def test_a_mute_vehicle_is_asked_again_and_then_given_up():
     vehicle = FakeVehicle()
     vehicle.mute = True
-    with pytest.raises(LinkTimeout, match="an answer to the order to disarm did not come"):
+    with pytest.raises(LinkTimeout, match="a HEARTBEAT that says disarmed did not come"):
         disarm(vehicle, vehicle.clock, (1, 1))
     assert len(vehicle.orders) == 10
     assert vehicle.clock.boot_s() < 5.1
