@@ -97,3 +97,12 @@ def test_a_place_that_can_not_be_written_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(LogError, match="give another folder with --out"):
         Cache(tmp_path / "file" / "results.jsonl")
+
+
+def test_a_recording_is_done_again_once_its_name_has_a_date_and_not_for_any_other_name(tmp_path):
+    (path,) = batch_jobs.recordings(tmp_path / "dives", 1)
+    before = batch_jobs.job_on(path, "size", batch_jobs.FILE).key
+    renamed = path.rename(path.with_name("quay.tlog"))
+    assert batch_jobs.job_on(renamed, "size", batch_jobs.FILE).key == before
+    dated = renamed.rename(path.with_name("2026-11-20-quay.tlog"))
+    assert batch_jobs.job_on(dated, "size", batch_jobs.FILE).key != before
