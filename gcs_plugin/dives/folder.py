@@ -16,6 +16,7 @@ from bridge.clock import utc_text
 from bridge.errors import ConfigError, LogError
 from bridge.files import write_whole
 from bridge.vehicle.config import CONFIGS, VehicleFile
+from bridge.wire.tlog import SUFFIXES
 from bridge.wire.whole_recording import WHOLE, files_to_read
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
 from gcs_plugin.dives.recordings import number, order, recordings
@@ -109,11 +110,14 @@ class DiveFolder:
 
     def telemetry(self) -> list[Path]:
         """The recordings to read: the file merged from all recordings if it exists, otherwise as `heard`."""
-        return files_to_read(sorted(self.path.glob("telemetry*.tlog"), key=number))
+        return files_to_read(self._recordings())
 
     def heard(self) -> list[Path]:
         """Recordings made by the ground station, in the order in which they were begun."""
-        return [path for path in sorted(self.path.glob("telemetry*.tlog"), key=number) if path.name != WHOLE]
+        return [path for path in self._recordings() if path.name != WHOLE]
+
+    def _recordings(self) -> list[Path]:
+        return sorted((path for path in recordings(self.path) if path.name.endswith(SUFFIXES)), key=number)
 
     def free_bytes(self) -> int:
         """Free bytes on the folder's disk, also if the folder was removed. Raises OSError."""
@@ -194,7 +198,7 @@ def find_folder(path: Path) -> DiveFolder:
 
 
 def load_folder(path: Path) -> DiveFolder:
-    """The dive folder `path`, with a `.tlog` in it. Raises LogError if it is no dive folder or has no `.tlog`."""
+    """The dive folder `path`. Raises LogError if it is no dive folder or has no `.tlog` or `.tlog.gz`."""
     folder = find_folder(path)
     if not folder.telemetry():
         raise LogError(f"{path}: holds no telemetry.tlog; give the folder of a dive")

@@ -32,6 +32,7 @@ from gcs_plugin.dives.folder import (
     new_folder,
 )
 from gcs_plugin.dives.recordings import began, length_s
+from gcs_plugin.dives.replay import Reel
 from gcs_plugin.locks import folder_lock
 
 SECOND_S = 1_795_165_923.0
@@ -62,6 +63,16 @@ def test_dives_are_in_the_order_in_which_they_began_whatever_they_are_called(tmp
     fourth = recorded(tmp_path, "2026-11-20T0912Z-again", SECOND_S + 110)
     first = recorded(tmp_path, "z", SECOND_S)
     assert list_folders(tmp_path) == [first, second, third, fourth]
+
+
+def test_a_recording_that_was_packed_since_is_read_as_it_was(tmp_path):
+    folder = recorded(tmp_path, "dive", SECOND_S)
+    before = Reel(load_folder(folder.path).telemetry())
+    plain = folder.path / "telemetry.tlog"
+    (folder.path / "telemetry.tlog.gz").write_bytes(gzip.compress(plain.read_bytes()))
+    plain.unlink()
+    after = Reel(load_folder(folder.path).telemetry())
+    assert list(after.between(0.0, 1.0)) == list(before.between(0.0, 1.0)) != []
 
 
 def test_a_dive_simulated_at_once_comes_before_what_was_recorded_after_it_although_that_ended_sooner(
