@@ -94,14 +94,16 @@ class DiveFolder:
         self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:
-        """Delete the recordings and folder of a dive without frames, unless it has events, notes or other files.
+        """Delete the recordings and folder of a dive without frames, unless it has events, notes, other conditions than
+        the dive before it, or other files.
 
         A dive.yaml that can't be read may have some, and a disk that fails keeps all.
         """
         try:
             about = self.about()
-            noted = bool(about.events or about.notes)
-        except ConfigError:
+            taken_over = (NOTHING_SAID, last_conditions(self.path.parent, self.path))
+            noted = bool(about.events or about.notes) or about.conditions not in taken_over
+        except (ConfigError, LogError):
             noted = True
         with contextlib.suppress(OSError):
             for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):

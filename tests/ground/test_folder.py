@@ -145,6 +145,18 @@ def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(folder, notes, k
     assert not kept or [path.name for path in folder.path.iterdir()] == ["dive.yaml"]
 
 
+def test_an_empty_dive_keeps_the_conditions_that_were_given_for_it_and_none_that_were_taken_over(tmp_path):
+    recorded(tmp_path, "before", SECOND_S).describe(About(conditions=KNOWN))
+    for conditions, kept in ((KNOWN, False), (FRESH, True)):
+        folder = new_folder(tmp_path, SECOND_S + 3600.0, "waits")
+        folder.describe(About("v.yaml", "abc", "hovering"))
+        folder.set_conditions(conditions)
+        folder.open_telemetry(1).close()
+        folder.discard()
+        assert folder.path.exists() is kept
+    assert last_conditions(tmp_path, tmp_path / "about to begin") == FRESH
+
+
 def test_an_empty_dive_whose_description_can_not_be_read_keeps_it(folder):
     folder.open_telemetry(1).close()
     (folder.path / "dive.yaml").write_text("notes: [the tether")
