@@ -1,11 +1,17 @@
 """A batch's cache: an interrupted batch goes on, and nothing is done or counted twice."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import batch_jobs
+import numpy as np
 import pytest
 
 from bridge.errors import LinkLost, LogError
-from identify.batch.jobs import Result, run_job
+from identify.batch import work
+from identify.batch.jobs import IDENTIFY, Result, run_job
 from identify.batch.run import Cache, Standing, run_batch
+from identify.dive import Signal
 
 
 @pytest.fixture
@@ -106,3 +112,15 @@ def test_a_recording_is_done_again_once_its_name_has_a_date_and_not_for_any_othe
     assert batch_jobs.job_on(renamed, "size", batch_jobs.FILE).key == before
     dated = renamed.rename(path.with_name("2026-11-20-quay.tlog"))
     assert batch_jobs.job_on(dated, "size", batch_jobs.FILE).key != before
+
+
+def test_an_infinite_voltage_of_a_damaged_log_leaves_a_result_that_can_be_kept(monkeypatch, jobs, open_cache):
+    voltage = Signal(np.arange(3.0), np.array([[15.0], [np.inf], [17.0]]))
+    dive = SimpleNamespace(voltage=voltage, unix_at_boot_s=1.77e9, span_s=(0.0, 2.0))
+    answer = SimpleNamespace(answer=SimpleNamespace(to_json=dict))
+    monkeypatch.setattr(work, "read_job", lambda _: (dive, batch_jobs.FILE, "hovering"))
+    monkeypatch.setattr(work.run_identify, "identify", lambda *_: answer)
+    result = run_job(replace(jobs[0], function=IDENTIFY))
+    open_cache().add(result)
+    assert result.answer["voltage_v"] == 16.0
+    assert open_cache().get(result.key) == result
