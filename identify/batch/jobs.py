@@ -234,8 +234,9 @@ def run_job(job: Job) -> Result:
     """Run a job in this process. An error becomes its result."""
     module, _, name = job.function.partition(":")
     try:
-        function = getattr(import_module(module), name)
-        return job.done(function(job))
+        answer = getattr(import_module(module), name)(job)
+        json.dumps(answer, allow_nan=False)  # a number that no file of results can hold costs this dive alone
+        return job.done(answer)
     except SeatrialError as error:
         # The name of the dive stands beside the reason.
         reason = error.reason if isinstance(error, FitError) else str(error)

@@ -124,3 +124,10 @@ def test_an_infinite_voltage_of_a_damaged_log_leaves_a_result_that_can_be_kept(m
     open_cache().add(result)
     assert result.answer["voltage_v"] == 16.0
     assert open_cache().get(result.key) == result
+
+
+def test_an_answer_that_holds_no_number_costs_its_dive_alone(jobs, open_cache):
+    nothing = replace(jobs[0], function="batch_jobs:know_nothing", key="nothing")
+    results = run_batch([nothing, *jobs[1:]], open_cache(), Engine(), lambda _: None)
+    assert [bool(result.answer) for result in results] == [False, True, True, True]
+    assert "the code did not expect this recording" in results[0].error
