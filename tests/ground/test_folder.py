@@ -242,7 +242,7 @@ def test_what_can_not_be_is_refused(values):
         Conditions(**values)
 
 
-@pytest.mark.parametrize("conditions", [KNOWN, NOTHING_SAID, FRESH])
+@pytest.mark.parametrize("conditions", [KNOWN, NOTHING_SAID, FRESH, Conditions(payload="sonar 2.0")])
 def test_what_a_form_shows_it_reads_back_and_a_decimal_comma_and_blanks(conditions):
     assert of_texts(texts_of(conditions)) == conditions
     typed = {"salinity": " 34,5 ", "weather": " a  b ", "ballast_kg": "   "}
