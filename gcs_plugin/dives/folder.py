@@ -17,9 +17,9 @@ from bridge.errors import ConfigError, LogError
 from bridge.files import write_whole
 from bridge.vehicle.config import CONFIGS, VehicleFile
 from bridge.wire.tlog import SUFFIXES
-from bridge.wire.whole_recording import WHOLE, files_to_read
+from bridge.wire.whole_recording import WHOLE, files_to_read, number
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
-from gcs_plugin.dives.recordings import number, order, recordings
+from gcs_plugin.dives.recordings import order, recordings
 from gcs_plugin.locks import LockedTlogWriter, folder_lock
 
 ABOUT: Final = "dive.yaml"
