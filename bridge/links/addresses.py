@@ -43,6 +43,10 @@ def _host_and_port(spec: str, tail: str) -> tuple[str, int]:
     host, _, port = tail.rpartition(":")
     if not port.isdecimal() or not 0 <= int(port) <= 65535:
         raise LinkSpecError(f"'{spec}': '{port}' is not a port number from 0 to 65535; give {FORMS}")
+    try:
+        host.encode("idna")
+    except UnicodeError:
+        raise LinkSpecError(f"'{spec}': '{host}' can't be a host's name or address; mend it") from None
     return host or LOOPBACK, int(port)
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from bridge.errors import LinkError
 from bridge.links.addresses import parse_link
 from bridge.links.descriptor import open_serial, open_tcp, open_tcpin
 from bridge.links.link import Link
@@ -21,4 +22,8 @@ def open_link(spec: str) -> Link:
     Raises LinkSpecError if `spec` can't be parsed, LinkError if the link can't be opened.
     """
     kind, place, number = parse_link(spec)
-    return open_serial(place, number) if kind == "serial" else _NETWORK[kind](place, number)
+    try:
+        return open_serial(place, number) if kind == "serial" else _NETWORK[kind](place, number)
+    except OSError as error:
+        reason = f"can't be opened ({error.strerror}); end other programs on this computer, and try again"
+        raise LinkError(reason, spec) from None

@@ -10,7 +10,7 @@ import json
 import os
 from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -20,6 +20,7 @@ from bridge.errors import ConfigError, LogError, ParamError
 from bridge.files import read_small, replacing, sync_folder
 from bridge.plain import from_json
 from bridge.schema import build
+from bridge.vehicle.coefficients import OF_ANY_VEHICLE
 from bridge.vehicle.config import Vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import Parameter, to_float32
@@ -139,7 +140,7 @@ class Memory:
         try:
             self._others = load(path)
             ours = self._others.pop(self._hull, None)
-            if ours is not None and not self._fits(ours):
+            if ours is not None and not self._fits(ours := self._completed(ours)):
                 raise ParamError("stored parameters don't fit this vehicle file")
         except ParamError:
             self.texts.append("stored parameters unusable, no set in force")
@@ -155,6 +156,14 @@ class Memory:
                 "now; the feed-forward stays at zero: upload a set of this vehicle, or put the vehicle file back, "
                 "which brings the stored set back"
             )
+
+    def _completed(self, stored: Stored) -> Stored:
+        """Add the coefficients of effects that came with a newer version of the program, as absent: the set is the
+        same model without them."""
+        if stored.active is None:
+            return stored
+        absent = {name: 0.0 for name, row in self._table.items() if row.coefficient in OF_ANY_VEHICLE}
+        return replace(stored, active=absent | stored.active)
 
     def _fits(self, stored: Stored) -> bool:
         if stored.mode not in set(Mode):

@@ -29,13 +29,14 @@ SAMPLE_TIME_FINE = 0x1060
 QUATERNION = 0x2010
 ACCELERATION = 0x4020
 RATE_OF_TURN = 0x8020
+STATUS_BYTE = 0xE010
 STATUS_WORD = 0xE020
 
 Values = tuple[Any, ...]
 Numbers = Callable[[Values], Any]  # a tuple of floats, as long as the quantity
 
 _VECTOR_LENGTHS = {TEMPERATURE: 1, QUATERNION: 4, ACCELERATION: 3, RATE_OF_TURN: 3}
-_INTEGERS = {PACKET_COUNTER: "H", SAMPLE_TIME_FINE: "I", STATUS_WORD: "I"}
+_INTEGERS = {PACKET_COUNTER: "H", SAMPLE_TIME_FINE: "I", STATUS_BYTE: "B", STATUS_WORD: "I"}
 _TYPE_MASK, _FRAME_MASK, _PRECISION_MASK = 0xFFF0, 0x000C, 0x0003
 # by precision: struct code of a number, and how many unpacked values it takes
 _PRECISIONS = (("f", 1), ("i", 1), ("Ih", 2), ("d", 1))  # f32, FP12.20, FP16.32, f64
@@ -220,9 +221,13 @@ class XsensParser:
     def _attitude(self, layout: Layout, values: Values) -> Quaternion | None:
         if QUATERNION not in layout.vectors or layout.frames != _ENU:
             return None
-        status = values[layout.integers[STATUS_WORD]] if STATUS_WORD in layout.integers else ORIENTATION_VALID
+        # The byte holds the lowest bits of the word.
+        given = [layout.integers[kind] for kind in (STATUS_BYTE, STATUS_WORD) if kind in layout.integers]
         w, x, y, z = layout.vectors[QUATERNION](values)
-        if not status & ORIENTATION_VALID or not 0.98 < w * w + x * x + y * y + z * z < 1.02:
+        if (
+            not all(values[at] & ORIENTATION_VALID for at in given)
+            or not 0.98 < w * w + x * x + y * y + z * z < 1.02
+        ):
             return None
         return w, x, y, z
 

@@ -4,6 +4,7 @@ The complete recording holds everything that the ground heard, byte for byte, so
 recording show whether it lacks any. Frames of file transfers are left out of it and are not looked for.
 """
 
+import re
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -15,6 +16,12 @@ from bridge.wire.tlog import GZIP, STAMP_BYTES, load_bytes, next_record, record_
 
 WHOLE: Final = "telemetry.whole.tlog"
 """Lies next to the ground's `telemetry.tlog`, which stays unchanged. Holds its frames and those the vehicle kept."""
+
+
+def number(file: Path) -> int:
+    """Number of a file within its dive's recording: 1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, begun next."""
+    digits = re.search(r"\.(\d+)\.", file.name)
+    return int(digits.group(1)) if digits else 1
 
 
 def files_to_read(recordings: Sequence[Path]) -> list[Path]:

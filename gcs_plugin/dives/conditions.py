@@ -134,7 +134,13 @@ TITLES: Mapping[str, str] = {
 def texts_of(conditions: Conditions) -> dict[str, str]:
     """Texts of the conditions for a form, by field."""
     values = {field.name: getattr(conditions, field.name) for field in fields(Conditions)}
-    return {name: "" if value is None else f"{value}".removesuffix(".0") for name, value in values.items()}
+    return {name: _text(value) for name, value in values.items()}
+
+
+def _text(value: float | str | None) -> str:
+    if value is None:
+        return ""
+    return value if isinstance(value, str) else f"{value}".removesuffix(".0")
 
 
 def mistakes(texts: Mapping[str, str]) -> dict[str, str]:

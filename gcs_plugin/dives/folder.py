@@ -16,9 +16,10 @@ from bridge.clock import utc_text
 from bridge.errors import ConfigError, LogError
 from bridge.files import write_whole
 from bridge.vehicle.config import CONFIGS, VehicleFile
-from bridge.wire.whole_recording import WHOLE, files_to_read
+from bridge.wire.tlog import SUFFIXES
+from bridge.wire.whole_recording import WHOLE, files_to_read, number
 from gcs_plugin.dives.conditions import NOTHING_SAID, Conditions
-from gcs_plugin.dives.recordings import number, order, recordings
+from gcs_plugin.dives.recordings import order, recordings
 from gcs_plugin.locks import LockedTlogWriter, folder_lock
 
 ABOUT: Final = "dive.yaml"
@@ -93,14 +94,16 @@ class DiveFolder:
         self.change(lambda about: replace(about, conditions=conditions))
 
     def discard(self) -> None:
-        """Delete the recordings and folder of a dive without frames, unless it has events, notes or other files.
+        """Delete the recordings and folder of a dive without frames, unless it has events, notes, other conditions than
+        the dive before it, or other files.
 
         A dive.yaml that can't be read may have some, and a disk that fails keeps all.
         """
         try:
             about = self.about()
-            noted = bool(about.events or about.notes)
-        except ConfigError:
+            taken_over = (NOTHING_SAID, last_conditions(self.path.parent, self.path))
+            noted = bool(about.events or about.notes) or about.conditions not in taken_over
+        except (ConfigError, LogError):
             noted = True
         with contextlib.suppress(OSError):
             for path in (*self.telemetry(), *([] if noted else [self.path / ABOUT])):
@@ -109,11 +112,14 @@ class DiveFolder:
 
     def telemetry(self) -> list[Path]:
         """The recordings to read: the file merged from all recordings if it exists, otherwise as `heard`."""
-        return files_to_read(sorted(self.path.glob("telemetry*.tlog"), key=number))
+        return files_to_read(self._recordings())
 
     def heard(self) -> list[Path]:
         """Recordings made by the ground station, in the order in which they were begun."""
-        return [path for path in sorted(self.path.glob("telemetry*.tlog"), key=number) if path.name != WHOLE]
+        return [path for path in self._recordings() if path.name != WHOLE]
+
+    def _recordings(self) -> list[Path]:
+        return sorted((path for path in recordings(self.path) if path.name.endswith(SUFFIXES)), key=number)
 
     def free_bytes(self) -> int:
         """Free bytes on the folder's disk, also if the folder was removed. Raises OSError."""
@@ -194,7 +200,7 @@ def find_folder(path: Path) -> DiveFolder:
 
 
 def load_folder(path: Path) -> DiveFolder:
-    """The dive folder `path`, with a `.tlog` in it. Raises LogError if it is no dive folder or has no `.tlog`."""
+    """The dive folder `path`. Raises LogError if it is no dive folder or has no `.tlog` or `.tlog.gz`."""
     folder = find_folder(path)
     if not folder.telemetry():
         raise LogError(f"{path}: holds no telemetry.tlog; give the folder of a dive")

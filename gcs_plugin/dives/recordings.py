@@ -21,7 +21,7 @@ from bridge.plain import from_json
 from bridge.wire.framing import MAGIC_1, MAGIC_2
 from bridge.wire.readings import decode
 from bridge.wire.tlog import LATEST_US, STAMP, SUFFIXES, next_record
-from bridge.wire.whole_recording import files_to_read
+from bridge.wire.whole_recording import files_to_read, number
 
 MINUTE_S: Final = 60.0
 GLANCE: Final = ".glance.json"
@@ -84,12 +84,6 @@ def _start_s(folder: Path, _changed_ns: int) -> float:
     first = next(iter(files_to_read(sorted(files, key=number))), None)
     stamp_s = first_stamp_s(first) if first is not None else None
     return _by_glance(folder) if stamp_s is None else stamp_s
-
-
-def number(recording: Path) -> int:
-    """Number of a recording within its dive: 1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`."""
-    middle = recording.name.removeprefix("telemetry").partition("tlog")[0].strip(".")
-    return int(middle) if middle.isdecimal() else 1
 
 
 def first_stamp_s(file: Path) -> float | None:

@@ -11,6 +11,7 @@ from bridge.clock import Clock
 from bridge.errors import LogError
 from bridge.wire.framing import Frame, frame_at, unchecked_frame_at
 from bridge.wire.tlog import Record, of_those_that_hold_frames, read_tlog
+from gcs_plugin.dives.recordings import LONGEST_S
 
 LONGEST_WAIT_S = 0.1
 LATE_US: Final = 500_000
@@ -18,13 +19,14 @@ LATE_US: Final = 500_000
 
 
 def onward(records: Iterable[Record]) -> Iterator[Record]:
-    """The records with stamps that never run back: where the clock was set back, all that follows is as much later."""
+    """The records with stamps that never run back: where the clock was set back, or ahead by more than any dive lasts,
+    all that follows goes on from there."""
     newest_us: int | None = None
-    set_back_us = 0
+    set_by_us = 0
     for stamp_us, frame in records:
-        if newest_us is not None and stamp_us + set_back_us < newest_us - LATE_US:
-            set_back_us = newest_us - stamp_us
-        later_us = stamp_us + set_back_us
+        if newest_us is not None and not -LATE_US <= stamp_us + set_by_us - newest_us <= LONGEST_S * 1e6:
+            set_by_us = newest_us - stamp_us
+        later_us = stamp_us + set_by_us
         newest_us = later_us if newest_us is None else max(newest_us, later_us)
         yield newest_us, frame
 

@@ -140,14 +140,14 @@ class RecordedFiles:
     def _begin(self, writer: Writer) -> None:
         self._writer: Writer | None = writer
         self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), FIRST_RETRY_S
-        self.files = 1
+        self._number = self._files = 1
         self._frames = self._bytes = self._lost = 0
         self._frames_before = self._bytes_before = 0
 
     @property
     def kept(self) -> Kept:
         """Counts of the present dive's files."""
-        return Kept(self.files, self._frames, self._bytes, self._lost)
+        return Kept(self._files, self._frames, self._bytes, self._lost)
 
     @property
     def waiting(self) -> int:
@@ -185,8 +185,8 @@ class RecordedFiles:
                 continue
             self._waiting.popleft()
             self._waiting_bytes -= len(raw)
-            if self._fresh and self.files > 1:
-                self._say("warning", f"the recording goes on in its file {self.files}")
+            if self._fresh and self._number > 1:
+                self._say("warning", f"the recording goes on in its file {self._number}")
             self._fresh, self._retry_delay_s = False, FIRST_RETRY_S
             self._frames += 1
             self._bytes += len(raw)
@@ -251,10 +251,10 @@ class RecordedFiles:
         self.sync()
 
     def _open_next(self) -> None:
-        self.files += 1
+        self._number += 1
         try:
-            self._writer = self._open_file(self.files)
-            self._fresh = True
+            self._writer = self._open_file(self._number)
+            self._fresh, self._files = True, self._files + 1
         except LogError as error:
             self._failure = str(error)
             self._say("error", self._failure)
@@ -265,7 +265,7 @@ class RecordedFiles:
         if isinstance(error, TakenAway):
             frames = self._frames - self._frames_before
             self._failure += f"; its {frames} frames are not in the dive's folder any more"
-            self._lost += frames
+            self._lost, self._files = self._lost + frames, self._files - 1
             self._frames, self._bytes = self._frames_before, self._bytes_before
         self._say("error", self._failure)
         self._give_up()

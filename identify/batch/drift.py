@@ -87,7 +87,7 @@ class Drift:
         return sum(trend is not None for trend in (self.mass, self.damping, self.damping_over_mass))
 
     def counts(self, row: Row) -> bool:
-        """Whether the outcome of a row lets it into the trends."""
+        """Whether date and outcome of a row let it into the trends."""
         return _counts(row, self.despite_doubts)
 
     def takes(self, row: Row, name: str) -> bool:
@@ -96,12 +96,13 @@ class Drift:
 
 
 def _counts(row: Row, despite_doubts: bool) -> bool:
-    """Whether the outcome of a dive lets its values into a trend."""
-    return row.outcome in (WITH_DOUBTS if despite_doubts else SOUND)
+    """Whether date and outcome of a dive let its values into a trend."""
+    return row.unix_s is not None and row.outcome in (WITH_DOUBTS if despite_doubts else SOUND)
 
 
 def _takes(row: Row, name: str, despite_doubts: bool) -> bool:
-    """Whether the trend of `name` uses a row's value: the value exists, the dive converged, and no doubt is about it.
+    """Whether the trend of `name` uses a row's value: the value exists, the dive has a date and converged, and no doubt
+    is about it.
 
     With `despite_doubts`, three more kinds of value count: those of dives in which data and model disagree, those
     that only a warning is about, and those whose doubt is a force that the model lacks. A value under a graver doubt
@@ -132,7 +133,7 @@ def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
     dated = [
         replace(row, values={name: v for name, v in row.values.items() if _takes(row, name, despite_doubts)})
         for row in rows
-        if row.unix_s is not None and row.values and _counts(row, despite_doubts)
+        if row.values and _counts(row, despite_doubts)
     ]
     fits = ((name, _trend_of(dated, name)) for name in names_in(dated))
     trends = {name: trend for name, trend in fits if trend is not None}
@@ -244,8 +245,10 @@ def _dives_counted(rows: Sequence[Row], dated: Sequence[Row], masses: Series, da
 
 def _left_out(rows: Sequence[Row], despite_doubts: bool) -> str:
     """Say how many dives no trend uses and why, and which doubted values of the others; empty if all are used."""
-    excluded = [row.outcome for row in rows if row.values and not _counts(row, despite_doubts)]
-    why = [f"{excluded.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(excluded)]
+    undated = sum(row.unix_s is None for row in rows)
+    excluded = [row.outcome for row in rows if row.unix_s is not None and not _counts(row, despite_doubts)]
+    why = [f"{undated} without a date"] if undated else []
+    why += [f"{excluded.count(outcome)} ended as '{outcome}'" for outcome in dict.fromkeys(excluded)]
     doubted = [
         [name for name in names_in([row]) if not _takes(row, name, despite_doubts)]
         for row in rows

@@ -15,6 +15,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from bridge.clock import date_in_name
 from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.files import check_small
 from bridge.vehicle.config import VehicleFile
@@ -186,13 +187,15 @@ def job_for(
     against: Against = Against(),
     carried_kg: float = 0.0,
 ) -> Job:
-    """Make a job. Its key hashes recording, vehicle, configuration, tables, function, method, version, code, and the
-    basis of a diagnosis.
+    """Make a job. Its key hashes recording, date in its name, vehicle, configuration, tables, function, method,
+    version, code, and the basis of a diagnosis.
 
     Raises OSError if a table can't be read.
     """
     on = {
         "recording": recording.sha256,
+        # It dates a dive whose recording has no date.
+        "date in its name": date_in_name(recording.name),
         "vehicle": vehicle.sha256,
         "as dived": repr(vehicle.vehicle),
         "against": repr(against),
@@ -231,8 +234,9 @@ def run_job(job: Job) -> Result:
     """Run a job in this process. An error becomes its result."""
     module, _, name = job.function.partition(":")
     try:
-        function = getattr(import_module(module), name)
-        return job.done(function(job))
+        answer = getattr(import_module(module), name)(job)
+        json.dumps(answer, allow_nan=False)  # a number that no file of results can hold costs this dive alone
+        return job.done(answer)
     except SeatrialError as error:
         # The name of the dive stands beside the reason.
         reason = error.reason if isinstance(error, FitError) else str(error)

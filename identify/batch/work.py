@@ -4,8 +4,6 @@ import math
 from dataclasses import replace
 from typing import Any
 
-import numpy as np
-
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import VehicleFile
 from identify.batch.causes import Causes, EffectSize, Size
@@ -101,9 +99,8 @@ def _without_priors(file: VehicleFile) -> VehicleFile:
 
 
 def _mean_voltage_v(dive: Dive) -> float | None:
-    if dive.voltage is None or not np.isfinite(dive.voltage.value).any():
-        return None
-    return float(np.nanmean(dive.voltage.value))
+    known = None if dive.voltage is None else dive.voltage.finite()
+    return float(known.value.mean()) if known else None
 
 
 def _size(value: Value) -> Size:

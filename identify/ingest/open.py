@@ -16,7 +16,7 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire import tlog
 from bridge.wire.tlog import SUFFIXES
-from bridge.wire.whole_recording import files_to_read, unmerged_words, with_unmerged_frames
+from bridge.wire.whole_recording import files_to_read, number, unmerged_words, with_unmerged_frames
 from identify.checks.readings.copies import without_copies
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import refuse_years, without_impossible, without_repeated
@@ -151,7 +151,7 @@ def _of_several(folder: Path) -> str:
 def _imported(folder: Path) -> list[Path]:
     """The recording of another program that a dive folder holds a copy of, or the parts of a ROS 2 bag."""
     copies = [file for file in folder.glob("telemetry.*") if file.name.lower().endswith((".bin", *MAPPED))]
-    files = sorted(copies, key=_number) or list(bag_files(folder))
+    files = sorted(copies, key=number) or list(bag_files(folder))
     if not files and (folder / BAG_FOLDER).exists():
         raise LogError("is the folder of a ROS 2 bag without a .db3 or .mcap; copy these into it", folder)
     endings = {bag_ending(file) for file in files}
@@ -173,14 +173,8 @@ def _unread(path: Path) -> tuple[str, ...]:
 def _ours(paths: Iterable[Path]) -> list[Path]:
     return sorted(
         (file for file in paths if file.name.startswith("telemetry") and file.name.endswith(SUFFIXES)),
-        key=_number,
+        key=number,
     )
-
-
-def _number(file: Path) -> int:
-    """1 for `telemetry.tlog`, 2 for `telemetry.2.tlog`, which the recorder began next."""
-    digits = re.search(r"\.(\d+)\.", file.name)
-    return int(digits.group(1)) if digits else 1
 
 
 def _mapped(files: Sequence[Path], columns: Path | None, source: str) -> ColumnMap | None:

@@ -1,11 +1,17 @@
 """A batch's cache: an interrupted batch goes on, and nothing is done or counted twice."""
 
+from dataclasses import replace
+from types import SimpleNamespace
+
 import batch_jobs
+import numpy as np
 import pytest
 
 from bridge.errors import LinkLost, LogError
-from identify.batch.jobs import Result, run_job
+from identify.batch import work
+from identify.batch.jobs import IDENTIFY, Result, run_job
 from identify.batch.run import Cache, Standing, run_batch
+from identify.dive import Signal
 
 
 @pytest.fixture
@@ -97,3 +103,31 @@ def test_a_place_that_can_not_be_written_is_one_sentence(tmp_path):
     (tmp_path / "file").write_text("")
     with pytest.raises(LogError, match="give another folder with --out"):
         Cache(tmp_path / "file" / "results.jsonl")
+
+
+def test_a_recording_is_done_again_once_its_name_has_a_date_and_not_for_any_other_name(tmp_path):
+    (path,) = batch_jobs.recordings(tmp_path / "dives", 1)
+    before = batch_jobs.job_on(path, "size", batch_jobs.FILE).key
+    renamed = path.rename(path.with_name("quay.tlog"))
+    assert batch_jobs.job_on(renamed, "size", batch_jobs.FILE).key == before
+    dated = renamed.rename(path.with_name("2026-11-20-quay.tlog"))
+    assert batch_jobs.job_on(dated, "size", batch_jobs.FILE).key != before
+
+
+def test_an_infinite_voltage_of_a_damaged_log_leaves_a_result_that_can_be_kept(monkeypatch, jobs, open_cache):
+    voltage = Signal(np.arange(3.0), np.array([[15.0], [np.inf], [17.0]]))
+    dive = SimpleNamespace(voltage=voltage, unix_at_boot_s=1.77e9, span_s=(0.0, 2.0))
+    answer = SimpleNamespace(answer=SimpleNamespace(to_json=dict))
+    monkeypatch.setattr(work, "read_job", lambda _: (dive, batch_jobs.FILE, "hovering"))
+    monkeypatch.setattr(work.run_identify, "identify", lambda *_: answer)
+    result = run_job(replace(jobs[0], function=IDENTIFY))
+    open_cache().add(result)
+    assert result.answer["voltage_v"] == 16.0
+    assert open_cache().get(result.key) == result
+
+
+def test_an_answer_that_holds_no_number_costs_its_dive_alone(jobs, open_cache):
+    nothing = replace(jobs[0], function="batch_jobs:know_nothing", key="nothing")
+    results = run_batch([nothing, *jobs[1:]], open_cache(), Engine(), lambda _: None)
+    assert [bool(result.answer) for result in results] == [False, True, True, True]
+    assert "the code did not expect this recording" in results[0].error

@@ -120,6 +120,15 @@ def test_a_dive_in_which_data_and_model_disagree_bends_no_trend_and_is_counted_o
     assert "Left out" not in drift_of(rows).sentence
 
 
+def test_a_dive_without_a_date_is_in_no_trend_and_is_counted_out():
+    rows = dives()
+    undated = replace(rows[-1], unix_s=None)
+    drift = drift_of([*rows[:-1], undated])
+    assert drift.trends == drift_of(rows[:-1]).trends
+    assert (drift.counts(undated), drift.takes(undated, "M_u")) == (False, False)
+    assert drift.sentence.endswith("Left out: 1 without a date.")
+
+
 def test_a_fleet_whose_model_never_holds_has_trends_that_say_so():
     rows = dives(damping=0.2)
     doubted = [replace(row, outcome="data and model disagree") for row in rows]

@@ -100,7 +100,7 @@ def test_a_dive_that_is_in_no_trend_is_marked_on_the_page_and_in_the_terminal():
     assert "data and model disagree: in no trend" in page(rows)
     table, *_ = parameter_tables(rows, rows, drift_of(rows), "only")
     assert [line[0] for line in table.rows] == ["1", "2", "3", "4", "5*"]
-    assert table.title.endswith("; *: in no trend, for it did not converge")
+    assert table.title.endswith("; *: in no trend, undated or not converged")
 
 
 def test_a_doubted_value_is_marked_beside_what_to_do_on_the_page_and_in_the_terminal():

@@ -32,6 +32,7 @@ from gcs_plugin.dives.folder import (
     new_folder,
 )
 from gcs_plugin.dives.recordings import began, length_s
+from gcs_plugin.dives.replay import Reel
 from gcs_plugin.locks import folder_lock
 
 SECOND_S = 1_795_165_923.0
@@ -62,6 +63,16 @@ def test_dives_are_in_the_order_in_which_they_began_whatever_they_are_called(tmp
     fourth = recorded(tmp_path, "2026-11-20T0912Z-again", SECOND_S + 110)
     first = recorded(tmp_path, "z", SECOND_S)
     assert list_folders(tmp_path) == [first, second, third, fourth]
+
+
+def test_a_recording_that_was_packed_since_is_read_as_it_was(tmp_path):
+    folder = recorded(tmp_path, "dive", SECOND_S)
+    before = Reel(load_folder(folder.path).telemetry())
+    plain = folder.path / "telemetry.tlog"
+    (folder.path / "telemetry.tlog.gz").write_bytes(gzip.compress(plain.read_bytes()))
+    plain.unlink()
+    after = Reel(load_folder(folder.path).telemetry())
+    assert list(after.between(0.0, 1.0)) == list(before.between(0.0, 1.0)) != []
 
 
 def test_a_dive_simulated_at_once_comes_before_what_was_recorded_after_it_although_that_ended_sooner(
@@ -132,6 +143,18 @@ def test_an_empty_dive_leaves_its_folder_only_with_a_note_in_it(folder, notes, k
     folder.discard()
     assert folder.path.exists() is kept
     assert not kept or [path.name for path in folder.path.iterdir()] == ["dive.yaml"]
+
+
+def test_an_empty_dive_keeps_the_conditions_that_were_given_for_it_and_none_that_were_taken_over(tmp_path):
+    recorded(tmp_path, "before", SECOND_S).describe(About(conditions=KNOWN))
+    for conditions, kept in ((KNOWN, False), (FRESH, True)):
+        folder = new_folder(tmp_path, SECOND_S + 3600.0, "waits")
+        folder.describe(About("v.yaml", "abc", "hovering"))
+        folder.set_conditions(conditions)
+        folder.open_telemetry(1).close()
+        folder.discard()
+        assert folder.path.exists() is kept
+    assert last_conditions(tmp_path, tmp_path / "about to begin") == FRESH
 
 
 def test_an_empty_dive_whose_description_can_not_be_read_keeps_it(folder):
@@ -219,7 +242,7 @@ def test_what_can_not_be_is_refused(values):
         Conditions(**values)
 
 
-@pytest.mark.parametrize("conditions", [KNOWN, NOTHING_SAID, FRESH])
+@pytest.mark.parametrize("conditions", [KNOWN, NOTHING_SAID, FRESH, Conditions(payload="sonar 2.0")])
 def test_what_a_form_shows_it_reads_back_and_a_decimal_comma_and_blanks(conditions):
     assert of_texts(texts_of(conditions)) == conditions
     typed = {"salinity": " 34,5 ", "weather": " a  b ", "ballast_kg": "   "}

@@ -199,6 +199,7 @@ def test_a_folder_that_is_deleted_ends_with_an_error_and_goes_on_made_anew(lake)
     assert raws(*lake.folder.heard()) == sent[20:]
     assert lake.folder.about() == ABOUT
     assert lake.counts() == (10, 20)
+    assert lake.recorder.count.files == len(lake.folder.heard()) == 1
 
 
 def test_a_file_that_is_deleted_is_told_as_often_as_that_happens(lake):
@@ -208,6 +209,7 @@ def test_a_file_that_is_deleted_is_told_as_often_as_that_happens(lake):
         for file in lake.folder.heard():
             file.unlink()
         lake.hear([])
+        assert lake.recorder.count.files == 0
     assert [sentence.partition(": was ")[2][:7] for sentence in lake.sentences()[::2]] == ["deleted"] * 3
     assert lake.counts() == (0, 30)
 

@@ -40,9 +40,10 @@ def test_no_delay_adds_up_over_a_long_recording():
         ([0, 1, -50, -49, -47], 1.0, 0.0, [0, 1, 1, 2, 4]),
         ([0, 1, -50, -49, -47], 1.0, 1.5, [0, 2]),
         ([0, 1, 0.9, 1.1], 1.0, 0.0, [0, 1, 1, 1.1]),
+        ([0, 1, 1e9, 1e9 + 2], 1.0, 0.0, [0, 1, 1, 3]),
     ],
 )
-def test_a_speed_a_start_and_a_stamp_that_runs_back(times_s, speed, start_s, due_s):
+def test_a_speed_a_start_and_a_clock_that_is_set(times_s, speed, start_s, due_s):
     assert [due for due, _ in schedule(records_at(times_s), speed, start_s)] == due_s
 
 

@@ -20,6 +20,7 @@ from bridge.sensors.xsens import (
     QUATERNION,
     RATE_OF_TURN,
     SAMPLE_TIME_FINE,
+    STATUS_BYTE,
     STATUS_WORD,
     TEMPERATURE,
     XsensParser,
@@ -116,6 +117,13 @@ def test_an_attitude_that_does_not_hold_is_left_out(attitude, status):
     parser = XsensParser()
     (sample,) = parser.feed(encode_xsens(0, 0.0, FORCE, RATE, attitude, status), 0.0)
     assert (sample.rate, sample.attitude) == (RATE, None)
+
+
+@pytest.mark.parametrize(("status", "attitude"), [(0b01, None), (0b11, LEVEL)])
+def test_an_attitude_that_the_short_status_flags_is_left_out_too(status, attitude):
+    quaternion = QUATERNION, struct.pack(">4f", *LEVEL)
+    frame = encode_mtdata2([*BASE, quaternion, (STATUS_BYTE, bytes((status,)))])
+    assert sample_of(frame).attitude == attitude
 
 
 @pytest.mark.parametrize("frame_bits", [0x4, 0x8])

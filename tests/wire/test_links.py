@@ -1,6 +1,8 @@
 """Links by name, lossy links, and links that come back."""
 
+import errno
 import random
+import socket
 import termios
 import threading
 
@@ -36,6 +38,8 @@ from bridge.wire.framing import Encoder, Framer
         ("udpin:192.0.2.1:14550", "or udpout:192.0.2.1:14550 where 192.0.2.1 is the other side"),
         ("tcpin:192.0.2.1:5760", "or tcp:192.0.2.1:5760 where"),
         ("udpin:no-such-host.invalid:1", "the host 'no-such-host.invalid' is unknown"),
+        ("tcp:192.168.2..1:5760", "'192.168.2..1' can't be a host's name or address"),
+        (f"udpout:{'a' * 64}:14550", "can't be a host's name or address"),
     ],
 )
 def test_a_link_that_cannot_be_is_refused_in_one_sentence(spec, sentence):
@@ -43,6 +47,16 @@ def test_a_link_that_cannot_be_is_refused_in_one_sentence(spec, sentence):
         open_link(spec)
     assert sentence in str(caught.value)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("kind", ["udpin", "udpout", "tcp", "tcpin"])
+def test_a_computer_that_has_no_socket_left_says_so(kind, monkeypatch):
+    def none_left(*_):
+        raise OSError(errno.EMFILE, "Too many open files")
+
+    monkeypatch.setattr(socket, "socket", none_left)
+    with pytest.raises(LinkError, match="Too many open files"):
+        open_link(f"{kind}:127.0.0.1:14550")
 
 
 def test_a_refused_connection_and_a_taken_port_are_named():

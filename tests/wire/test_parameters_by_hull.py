@@ -102,6 +102,27 @@ def test_a_set_that_fits_no_more_takes_none_of_another_hull_with_it(path):
     assert (boot(path).active_crc, boot(path, REBUILT).active_crc) == (again, theirs)
 
 
+def test_a_set_flies_on_after_an_update_that_knows_more_effects(path):
+    before = boot(path)
+    upload(before, 80.0)
+    assert before.write("FF_MODE", 2.0, False) is None
+    stored = json.loads(path.read_text())
+    for name in ("FF0_T_OHM", "FF1_T_OHM"):
+        del stored["hulls"][hull_mark(OURS, path.parent)]["active"][name]
+    path.write_text(json.dumps(stored))
+    after = boot(path)
+    assert (after.active(0), after.active(1), after.mode) == (before.active(0), before.active(1), 2)
+    assert (after.value("FF0_T_OHM"), after.trouble) == (0.0, "")
+
+
+def test_a_set_that_lacks_a_mass_or_a_damping_does_not_fly(path):
+    upload(boot(path), 80.0)
+    stored = json.loads(path.read_text())
+    del stored["hulls"][hull_mark(OURS, path.parent)]["active"]["FF0_D_U"]
+    path.write_text(json.dumps(stored))
+    assert nothing_flies(boot(path))
+
+
 def test_a_mode_that_is_set_meanwhile_loses_no_set_and_the_reason_is_said_again(path):
     crc = upload(boot(path), 80.0)
     other = boot(path, REBUILT)

@@ -335,7 +335,7 @@ def parameter_tables(
             for row in group
         ]
         title = f"{configuration}: {', '.join(shown)}, with half of their 95 % intervals"
-        title += "" if all(map(drift.counts, group)) else "; *: in no trend, for it did not converge"
+        title += "" if all(map(drift.counts, group)) else "; *: in no trend, undated or not converged"
         title += f"; {MARKS}" if any(name in row.doubted for row in group for name in shown) else ""
         tables.append(show.Table(title, ("no.", "date, UTC", *columns), lines, numbers=("no.", *columns)))
     return tables
