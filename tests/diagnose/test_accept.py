@@ -138,7 +138,7 @@ def test_what_the_feed_forward_can_not_make_up_for_is_told_and_still_in_the_mode
 ):
     accepted = accepted_of((finding_of(effect, *values),), nominal, shape)
     assert words in " ".join(accepted.sentences)
-    assert [held.name for held in accepted.effects] == [effect.name]
+    assert [held.name for held in accepted.in_the_model] == [effect.name]
 
 
 def test_a_cause_that_the_dive_can_not_tell_from_another_is_accepted_with_a_word_about_it(nominal, shape):
