@@ -40,7 +40,7 @@ from identify.doubt import Culprit, Doubt
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.identifiability import is_too_heavy, is_too_light
-from identify.estimators.likelihood.axis import MASS
+from identify.estimators.likelihood.axis import MASS, AxisLikelihood
 from identify.estimators.missing_forces.drag_and_timing import Multiplier, doubts_of, timing_of
 from identify.statistics import Z95
 from identify.words import capital, listed
@@ -220,9 +220,7 @@ def _of_hull(
     values, sentences, now = {}, [], known.now
     mass = now.course.mass
     kept = {c.name: bounds(c, configuration) for c in OF_HULL.values()}
-    unrecorded = [
-        problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.feedback_unrecorded
-    ]
+    unrecorded = [problem for problem in now.joint.problems if problem.axis.dof in now.feedback_unrecorded]
     if unrecorded:
         sentences.append(_unrecorded_note(unrecorded))
     axes = zip(now.joint.problems, now.joint.slices, known.stds(), strict=True)
@@ -261,9 +259,10 @@ def _of_hull(
     return values, sentences
 
 
-def _unrecorded_note(dofs: Sequence[int]) -> str:
-    """A sentence that an axis keeps its values, because an unrecorded reading closed its loop."""
-    names = listed([group[dof].name for dof in dofs for group in (MASSES, DAMPINGS)])
+def _unrecorded_note(problems: Sequence[AxisLikelihood]) -> str:
+    """A sentence that these axes keep their values, because an unrecorded reading closed their loop."""
+    dofs = [problem.axis.dof for problem in problems]
+    names = listed([name for problem in problems for name in hull_indices(problem)])
     used = listed(list(dict.fromkeys(READINGS[dof] for dof in dofs)))
     return (
         f"{names} stay as the vehicle has them: in {listed([DOFS[dof] for dof in dofs])} the controller used a reading "

@@ -526,9 +526,12 @@ def test_of_a_hull_with_quadratic_drag_alone_no_linear_damping_is_accepted(dragg
     case, file, _ = draggy
     alone = damped(file, "quadratic")
     shape = alone.vehicle.configurations[case.configuration]
-    values = accepted_of((), nominal_of(dive_of(case), alone, case.configuration), shape).values
+    nominal = nominal_of(dive_of(case), alone, case.configuration)
+    values = accepted_of((), nominal, shape).values
     assert "X_uu" in values
     assert not {item.name for item in DAMPINGS} & values.keys()
+    heard = replace(nominal, feedback_unrecorded=(SURGE,))
+    assert accepted_of((), heard, shape).sentences[0].startswith("M_u and X_uu stay as the vehicle has them")
 
 
 @pytest.mark.parametrize(("elsewhere", "nats"), [(0.0, 50.0), (0.3, 50.0 / 900.0)], ids=["alone", "doubtful"])
