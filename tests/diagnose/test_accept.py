@@ -309,6 +309,16 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
     assert all_accepted((other,), (drag,))[1] is other
 
 
+def test_of_a_change_what_the_dive_does_not_tell_stays_as_it_was_accepted():
+    damping = Cause(hydrodynamics.COUPLED_DAMPING, np.array([2.0, -1.5]))
+    (change,) = library_with_changes((damping.effect,), (damping,))
+    by = Cause(change, np.array([0.5, 37.0]))
+    finding = Finding(by, (), {}, 0.9, {"Y_r": Value(0.5, "N s/rad", 0.4, 0.6)}, 30.0)
+    (whole,) = all_accepted((finding,), (damping,))
+    assert whole.cause.values.tolist() == [2.5, -1.5]
+    assert whole.parameters["N_v"].value == -1.5
+
+
 def diagnosis_of(case, **more):
     return diagnosed(case, QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT, **more)
 
