@@ -181,8 +181,8 @@ def hull_with_all_causes(known: Known, configuration: Configuration) -> dict[str
 
 def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
-    names = {name for cause in findings for name in cause.parameters}
-    return tuple(dof for dof, name in enumerate(QUADRATIC_NAMES) if name in names)
+    present = {name for cause in findings for name, value in cause.parameters.items() if value.value}
+    return tuple(dof for dof, name in enumerate(QUADRATIC_NAMES) if name in present)
 
 
 def _includes(value: Value | None, absent: float) -> bool:

@@ -482,6 +482,18 @@ def test_linear_damping_that_quadratic_drag_may_replace_begins_at_none(nominal, 
     assert accepted.values["D_v"].low95 > 0.0
 
 
+def test_drag_that_lacks_in_surge_lacks_though_quadratic_drag_was_accepted_in_sway(nominal, shape, fit):
+    fit(drag=changing(9.0, 3.0, OF_DAMPING, -0.3))
+    surge_alone, sway_alone = np.eye(6)[:2] * 12.0
+    sentences = []
+    for values in (surge_alone, sway_alone):
+        whole = all_accepted((), (Cause(QUADRATIC_DRAG, values),))
+        (doubt,) = accepted_of(whole, nominal, shape).doubts
+        sentences.append(doubt.sentence)
+    assert "more quadratic drag than was accepted" in sentences[0]
+    assert "grows as the speed squared is missing" in sentences[1]
+
+
 def test_an_axis_whose_thrust_follows_what_was_not_recorded_is_not_called_late(nominal, shape, fit):
     fit(late=changing(8.0, 0.02, OF_MASS, 0.1))
     assert accepted_of((ASTERN,), replace(nominal, feedback_unrecorded=(SURGE,)), shape).doubts == ()
