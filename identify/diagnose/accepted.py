@@ -160,7 +160,9 @@ def accepted_of(findings: Sequence[Finding], known: Known, configuration: Config
         coefficients = _coefficients(finding, now.course)
         if not coefficients:
             sentences.append(_uncompensated_note(finding))
-        of_effects |= coefficients
+        # Two forms of one cause, as of a centre of mass, add up.
+        for name, value in coefficients.items():
+            of_effects[name] = _sum(of_effects[name], value) if name in of_effects else value
         sentences += _remarks(finding)
     fit = {coefficient.name: coefficient for coefficient in effect_coefficients(configuration)}
     for name, value in of_effects.items():
@@ -302,6 +304,12 @@ def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:
 def _converted(value: Value, by: Compensation) -> Value:
     low, high = sorted(by.slope * (end - by.none) for end in (value.low95, value.high95))
     return Value(by.slope * (value.value - by.none), by.unit, low, high)
+
+
+def _sum(value: Value, other: Value) -> Value:
+    reach = np.hypot(value.high95 - value.low95, other.high95 - other.low95) / 2
+    total = value.value + other.value
+    return Value(total, value.unit, float(total - reach), float(total + reach))
 
 
 def _uncompensated_note(finding: Finding) -> str:

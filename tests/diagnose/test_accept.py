@@ -103,6 +103,15 @@ def test_a_munk_moment_and_a_centre_of_mass_become_moments_of_this_vehicles_mass
     )
 
 
+def test_a_centre_of_mass_accepted_in_one_form_and_found_in_another_beside_it_is_sent_as_their_sum(
+    nominal, shape
+):
+    held = Cause(rigid_body.CG_OFFSET, np.array([0.02, 0.0]))
+    whole = all_accepted((finding_of(rigid_body.CG_OFFSET_IN_SPACE, 0.01, 0.0),), (held,))
+    values = of_effects(accepted_of(whole, nominal, shape))
+    assert values["S_x"] == pytest.approx(0.03 * shape.dry_mass_kg)
+
+
 def test_a_sag_becomes_the_law_of_the_voltage_that_was_measured(nominal, shape):
     course = nominal.course
     falling = replace(nominal, course=replace(course, voltage_v=16.0 - 0.01 * course.since_s))
