@@ -365,11 +365,10 @@ def likely_accepted(
     likely = [cause for cause in causes if cause.probability >= LIKELY]
     whole = all_accepted(likely, holds)
     now = explanation.now
-    if len(likely) < len(causes):
-        kept = {item.cause.key for item in likely}
-        now = explained_by(
-            [cause for cause in explanation.causes if cause.key in kept], nominal, library, explanation.now
-        ).now
+    keys = {item.cause.key for item in likely}
+    kept = [cause for cause in explanation.causes if cause.key in keys]
+    if len(kept) < len(explanation.causes):
+        now = explained_by(kept, nominal, library, explanation.now).now
     if now is not explanation.now or holds:
         known = known_with_causes([item.cause for item in whole], now)
     made = accepted_of(whole, known, configuration)

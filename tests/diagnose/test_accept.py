@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fakes.planted import damped, diagnosed, drawn_nominal, explained, quiet
+from fakes.planted import damped, diagnosed, drawn_nominal, explained, planted_nominal, quiet
 from soak import rows_rest_in_soak
 
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
-from identify.diagnose.accepted import known_with_causes
+from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import (
     accepted_causes,
     all_accepted,
@@ -354,6 +354,18 @@ def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_c
     assert set(gone) >= {
         max(first.findings[0].parameters, key=lambda n: first.findings[0].parameters[n].value)
     }
+
+
+def test_values_are_accepted_as_fitted_without_a_cause_that_only_shows():
+    case = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=85.0)
+    nominal = planted_nominal(case)
+    explanation = explained(nominal, QUADRATIC_DRAG)
+    (shown,) = explanation.causes
+    assert explanation.now.course.damping[0] < 0.9 * nominal.course.damping[0]
+    known = known_with_causes([shown], explanation.now)
+    shape = nominal.course.configuration
+    accepted = likely_accepted((), explanation, known, nominal, (QUADRATIC_DRAG,), (), shape)
+    assert accepted.values["D_u"].value == pytest.approx(nominal.course.damping[0], rel=0.02)
 
 
 SHIFTED_LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADRATIC_DRAG)
