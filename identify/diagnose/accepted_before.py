@@ -61,7 +61,8 @@ def accepted_causes(accepted: Sequence[AcceptedEffect], library: Sequence[Effect
         effect = by_label.get((effect_accepted.label, effect_accepted.number))
         if effect is None or {p.name for p in effect.parameters} != set(effect_accepted.parameters):
             unknown.append(
-                f"{effect_accepted.label} (this library has no such effect, or the hull's own model has it)"
+                f"{effect_accepted.label} (this library has no such effect, the hull's own model has it, "
+                "or the recording lacks what shows it)"
             )
             continue
         cause = Cause(effect, np.array([effect_accepted.parameters[p.name] for p in effect.parameters]))

@@ -229,7 +229,9 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
     np.testing.assert_array_equal(causes.lasting[0].values, DRAG)
     _, sentence = causes.sentences(causes.lasting)
     assert "steady current (of that dive alone)" in sentence
-    assert "kraken (this library has no such effect, or the hull's own model has it)" in sentence
+    assert (
+        "kraken (this library has no such effect, the hull's own model has it, or the recording lacks what shows it)"
+    ) in sentence
     assert "thrust gain" not in sentence
 
 
