@@ -190,6 +190,17 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
         assert name in sentence
 
 
+def test_what_the_check_dive_alone_lacks_is_said_of_the_check_dive(case):
+    check = check_of(case)
+    check = replace(check, pwm=None, frozen={"velocity": (check.span_s,)})
+    diagnosis = diagnosed(case, QUADRATIC_DRAG, check=check)
+    (said,) = diagnosis.provisos
+    assert said.startswith("No pulses of the check dive tell what each thruster did")
+    assert any(
+        note.startswith(f"The velocity of {check.name} repeats one value for") for note in diagnosis.notes
+    )
+
+
 def with_pulses(dive, of_neutral):
     """The dive with other pulses (n, k), as made from how far they were off neutral; the wrench not recorded."""
     off = dive.pwm.value - 1500.0
