@@ -40,7 +40,7 @@ from identify.doubt import Culprit, Doubt
 from identify.effects.course import Course
 from identify.effects.effect import Compensation, Effect
 from identify.estimators.identifiability import is_too_heavy, is_too_light
-from identify.estimators.likelihood.axis import MASS
+from identify.estimators.likelihood.axis import MASS, AxisLikelihood
 from identify.estimators.missing_forces.drag_and_timing import Multiplier, doubts_of, timing_of
 from identify.statistics import Z95
 from identify.words import capital, listed
@@ -160,7 +160,9 @@ def accepted_of(findings: Sequence[Finding], known: Known, configuration: Config
         coefficients = _coefficients(finding, now.course)
         if not coefficients:
             sentences.append(_uncompensated_note(finding))
-        of_effects |= coefficients
+        # Two forms of one cause, as of a centre of mass, add up.
+        for name, value in coefficients.items():
+            of_effects[name] = _sum(of_effects[name], value) if name in of_effects else value
         sentences += _remarks(finding)
     fit = {coefficient.name: coefficient for coefficient in effect_coefficients(configuration)}
     for name, value in of_effects.items():
@@ -181,8 +183,8 @@ def hull_with_all_causes(known: Known, configuration: Configuration) -> dict[str
 
 def _quadratic_dofs(findings: Sequence[Finding]) -> tuple[int, ...]:
     """Degrees of freedom with quadratic drag among the causes."""
-    names = {name for cause in findings for name in cause.parameters}
-    return tuple(dof for dof, name in enumerate(QUADRATIC_NAMES) if name in names)
+    present = {name for cause in findings for name, value in cause.parameters.items() if value.value}
+    return tuple(dof for dof, name in enumerate(QUADRATIC_NAMES) if name in present)
 
 
 def _includes(value: Value | None, absent: float) -> bool:
@@ -220,9 +222,7 @@ def _of_hull(
     values, sentences, now = {}, [], known.now
     mass = now.course.mass
     kept = {c.name: bounds(c, configuration) for c in OF_HULL.values()}
-    unrecorded = [
-        problem.axis.dof for problem in now.joint.problems if problem.axis.dof in now.feedback_unrecorded
-    ]
+    unrecorded = [problem for problem in now.joint.problems if problem.axis.dof in now.feedback_unrecorded]
     if unrecorded:
         sentences.append(_unrecorded_note(unrecorded))
     axes = zip(now.joint.problems, now.joint.slices, known.stds(), strict=True)
@@ -261,9 +261,10 @@ def _of_hull(
     return values, sentences
 
 
-def _unrecorded_note(dofs: Sequence[int]) -> str:
-    """A sentence that an axis keeps its values, because an unrecorded reading closed its loop."""
-    names = listed([group[dof].name for dof in dofs for group in (MASSES, DAMPINGS)])
+def _unrecorded_note(problems: Sequence[AxisLikelihood]) -> str:
+    """A sentence that these axes keep their values, because an unrecorded reading closed their loop."""
+    dofs = [problem.axis.dof for problem in problems]
+    names = listed([name for problem in problems for name in hull_indices(problem)])
     used = listed(list(dict.fromkeys(READINGS[dof] for dof in dofs)))
     return (
         f"{names} stay as the vehicle has them: in {listed([DOFS[dof] for dof in dofs])} the controller used a reading "
@@ -303,6 +304,12 @@ def _coefficients(finding: Finding, course: Course) -> dict[str, Value]:
 def _converted(value: Value, by: Compensation) -> Value:
     low, high = sorted(by.slope * (end - by.none) for end in (value.low95, value.high95))
     return Value(by.slope * (value.value - by.none), by.unit, low, high)
+
+
+def _sum(value: Value, other: Value) -> Value:
+    reach = np.hypot(value.high95 - value.low95, other.high95 - other.low95) / 2
+    total = value.value + other.value
+    return Value(total, value.unit, float(total - reach), float(total + reach))
 
 
 def _uncompensated_note(finding: Finding) -> str:
@@ -358,11 +365,10 @@ def likely_accepted(
     likely = [cause for cause in causes if cause.probability >= LIKELY]
     whole = all_accepted(likely, holds)
     now = explanation.now
-    if len(likely) < len(causes):
-        kept = {item.cause.key for item in likely}
-        now = explained_by(
-            [cause for cause in explanation.causes if cause.key in kept], nominal, library, explanation.now
-        ).now
+    keys = {item.cause.key for item in likely}
+    kept = [cause for cause in explanation.causes if cause.key in keys]
+    if len(kept) < len(explanation.causes):
+        now = explained_by(kept, nominal, library, explanation.now).now
     if now is not explanation.now or holds:
         known = known_with_causes([item.cause for item in whole], now)
     made = accepted_of(whole, known, configuration)

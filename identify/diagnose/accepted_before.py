@@ -61,7 +61,8 @@ def accepted_causes(accepted: Sequence[AcceptedEffect], library: Sequence[Effect
         effect = by_label.get((effect_accepted.label, effect_accepted.number))
         if effect is None or {p.name for p in effect.parameters} != set(effect_accepted.parameters):
             unknown.append(
-                f"{effect_accepted.label} (this library has no such effect, or the hull's own model has it)"
+                f"{effect_accepted.label} (this library has no such effect, the hull's own model has it, "
+                "or the recording lacks what shows it)"
             )
             continue
         cause = Cause(effect, np.array([effect_accepted.parameters[p.name] for p in effect.parameters]))
@@ -149,7 +150,7 @@ def all_accepted(findings: Sequence[Finding], causes: Sequence[Cause]) -> tuple[
 
 
 def _with_change(cause: Cause, change: Finding | None) -> Finding:
-    values = cause.values if change is None else cause.values + change.cause.values
+    values = cause.values if change is None else cause.values + _determined(change)
     whole = Cause(cause.effect, values)
     absent = {p.name: p.none for p in cause.effect.parameters} if cause.effect.telling is None else {}
     parameters = {}
@@ -164,3 +165,11 @@ def _with_change(cause: Cause, change: Finding | None) -> Finding:
     if change is None:
         return Finding(whole, (), {}, 1.0, parameters, 0.0)
     return replace(change, cause=whole, parameters=parameters)
+
+
+def _determined(change: Finding) -> Array:
+    """The values (p,) of a change, 0 where the dive does not determine it."""
+    effect, values = change.cause.effect, change.cause.values
+    if effect.telling is not None:
+        return values
+    return np.where([p.name in change.parameters for p in effect.parameters], values, 0.0)

@@ -38,6 +38,7 @@ from identify.diagnose.recording import (
     short_check_note,
     short_dive_note,
     spikes_sentence,
+    unjudged_by_check,
     unjudged_causes,
     unjudged_notes,
     without_spikes,
@@ -103,12 +104,12 @@ def diagnose(
     began_s = time.perf_counter()
     rng = np.random.default_rng(SEED)
     dive, still, spiky = _cleaned(dive, LEAST_S)
-    other_spiky: tuple[Spikes, ...] = ()
+    other_still, other_spiky = tuple[str, ...](), tuple[Spikes, ...]()
     if check is not None:
-        check, _, other_spiky = _cleaned(check, LEAST_CHECK_S)
+        check, other_still, other_spiky = _cleaned(check, LEAST_CHECK_S, check.name)
     progress(0.0, "fitting the nominal model")
     configuration = file.vehicle.configurations[configuration_name]
-    lacks = lacking(dive, check, configuration)
+    lacks, lacks_itself = lacking(dive, check, configuration), lacking(dive, None, configuration)
     full_library = _able(library(configuration, file.vehicle.thrust_curve.lag_s), lacks, configuration)
     accepted_effects = accepted_causes(effects_accepted, full_library)
     fitted = fitted_nominal(dive, file, configuration_name)
@@ -205,12 +206,13 @@ def diagnose(
             *overstated_note(heldout),
             *short_dive_note(dive),
             *short_check_note(check),
+            *other_still,
             *(contradiction_note(heldout, shrunk) if causes else ()),
             *((spikes_sentence(spiky),) if spiky and not many else ()),
             *((spikes_sentence(other_spiky, check.name),) if check is not None and other_spiky else ()),
             *shafts_note(nominal),
             *recording_notes(dive, nominal),
-            *unjudged_causes(lacks & {OWN_VELOCITY}),
+            *unjudged_causes(lacks_itself & {OWN_VELOCITY}),
         ),
         seconds=time.perf_counter() - began_s,
         prediction=prediction,
@@ -218,7 +220,8 @@ def diagnose(
         numbers=hull_with_all_causes(known, configuration),
         provisos=(
             *unjudged_notes(nominal),
-            *unjudged_causes(lacks - {OWN_VELOCITY}),
+            *unjudged_causes(lacks_itself - {OWN_VELOCITY}),
+            *unjudged_by_check(lacks - lacks_itself),
             *still,
             *((spikes_sentence(spiky),) if many else ()),
         ),
@@ -240,14 +243,15 @@ def is_earlier(check: Dive, dive: Dive) -> bool:
     return check_s is not None and dive_s is not None and check_s + check.span_s[0] < dive_s + dive.span_s[0]
 
 
-def _cleaned(dive: Dive, least_s: float) -> tuple[Dive, tuple[str, ...], tuple[Spikes, ...]]:
+def _cleaned(dive: Dive, least_s: float, name: str = "") -> tuple[Dive, tuple[str, ...], tuple[Spikes, ...]]:
     """The dive without readings that are wrong for certain, a sentence on a velocity left out whole, and the spikes.
+    name: of another dive, in that sentence.
 
     Raises FitError for a dive shorter than `least_s`, or of short runs alone.
     """
     refuse_short(dive, least_s)
     refuse_short_runs(dive)
-    dive, still = without_still_velocity(dive)
+    dive, still = without_still_velocity(dive, name)
     dive, spiky = without_spikes(dive)
     if dive.attitude is not None:
         dive = replace(dive, attitude=dive.attitude.finite())

@@ -17,6 +17,7 @@ from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
+from identify.diagnose.words.causes import SINCE
 from identify.dive import Dive, Signal
 from identify.estimators.missing_forces.drag_and_timing import doubts_of
 from identify.estimators.timing.thrust_delay import likeliest_delay
@@ -48,10 +49,10 @@ class SlowLoop:
 
     def without_step(self, findings: Sequence[Finding]) -> tuple[Finding, ...]:
         """The findings, of which a late thrust is less by none to `most_s`, beyond the delay that the nominal fit
-        has."""
+        has. A change of an accepted one is of a dive with the same step."""
         return tuple(
             replace(finding, parameters={name: self._less(of) for name, of in finding.parameters.items()})
-            if finding.cause.effect.timing
+            if finding.cause.effect.timing and finding.cause.effect.variant != SINCE
             else finding
             for finding in findings
         )

@@ -95,14 +95,14 @@ def refuse_short_runs(dive: Dive) -> None:
         )
 
 
-def without_still_velocity(dive: Dive) -> tuple[Dive, tuple[str, ...]]:
-    """The dive without a velocity that stands still for most of it, and a sentence on that."""
+def without_still_velocity(dive: Dive, name: str = "") -> tuple[Dive, tuple[str, ...]]:
+    """The dive without a velocity that stands still for most of it, and a sentence on that. name: of another dive."""
     still_s = sum(end_s - start_s for start_s, end_s in dive.frozen.get("velocity", ()))
     if dive.velocity is None or still_s <= MOST_STILL * dive.duration_s:
         return dive, ()
     return replace(dive, velocity=None), (
-        f"The velocity repeats one value for {still_s:.0f} s of {dive.duration_s:.0f} s while the vehicle goes on, and "
-        "was left out whole; check the DVL, and what passes its readings on.",
+        f"The velocity{f' of {name}' if name else ''} repeats one value for {still_s:.0f} s of {dive.duration_s:.0f} s "
+        "while the vehicle goes on, and was left out whole; check the DVL, and what passes its readings on.",
     )
 
 
@@ -127,6 +127,17 @@ def unjudged_causes(lacks: Collection[str]) -> tuple[str, ...]:
         "them at 10 Hz or more.",
         OWN_VELOCITY: "The velocity is that of an autopilot's filter. How late it is was fitted with the nominal "
         "model, and a late DVL was not judged; record the DVL's own readings for that.",
+    }
+    return tuple(sentence for name, sentence in words.items() if name in lacks)
+
+
+def unjudged_by_check(lacks: Collection[str]) -> tuple[str, ...]:
+    """Sentences on the causes that can't be judged because the check dive lacks these inputs, and on the way out."""
+    words = {
+        PULSES: "No pulses of the check dive tell what each thruster did: causes in a single thruster, or in the "
+        "thrusters' curve, were not judged; check on a dive that has them, or leave the check out.",
+        OWN_VELOCITY: "The velocity of the check dive is that of an autopilot's filter: a late DVL was not judged; "
+        "check on a dive of the DVL's own readings, or leave the check out.",
     }
     return tuple(sentence for name, sentence in words.items() if name in lacks)
 

@@ -228,8 +228,8 @@ class Accepted:
 
     @property
     def in_the_model(self) -> tuple[AcceptedEffect, ...]:
-        """The effects without those that are taken back."""
-        return tuple(each for each in self.effects if _gain_of(each) not in self.taken_back)
+        """The effects without thrusters that are no longer weak; one too weak for the feed-forward is still so."""
+        return tuple(each for each in self.effects if not (_gain_of(each) and each.parameters["gain"] == 1.0))
 
 
 def _gain_of(effect: AcceptedEffect) -> str:

@@ -94,10 +94,11 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
 
 
 def tells_thrusters(dive: Dive, configuration: Configuration) -> bool:
-    """Whether a recording has an output for every thruster of a configuration."""
-    commands = dive.thruster_commands
-    outputs = 0 if commands is None or not len(commands) else commands.value.shape[1]
-    return 0 < len(configuration.thrusters) <= outputs
+    """Whether a recording has an output for every thruster of a configuration, each a number at some time."""
+    commands, thrusters = dive.thruster_commands, len(configuration.thrusters)
+    if commands is None or not len(commands) or not 0 < thrusters <= commands.value.shape[1]:
+        return False
+    return bool(np.isfinite(commands.value[:, :thrusters]).any(axis=0).all())
 
 
 def asked_thrusts(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:

@@ -21,6 +21,8 @@ from identify.diagnose.result import Accepted, Value
 from identify.diagnose.words.causes import SINCE
 from identify.diagnose.words.diagnosis import cause_lines, next_lines
 from identify.dive import Dive, Signal
+from identify.effects.actuators import COMMAND_DELAY
+from identify.effects.environment import STEADY_CURRENT
 from identify.run.diagnose import Before
 from identify.run.in_force import read_in_force
 from tui.accept_diagnosis import accept, before_of
@@ -144,6 +146,14 @@ def test_of_a_change_of_what_was_accepted_the_way_out_is_told():
         "A change of quadratic drag, to X_uu 40.0: the vehicle makes up for it as it was. Accept and "
         "upload the new value, or roll back (seatrial params rollback)."
     )
+    late, current = (
+        replace(DRAG, cause=Cause(replace(effect, variant=SINCE), effect.start()))
+        for effect in (COMMAND_DELAY, STEADY_CURRENT)
+    )
+    assert next_lines(diagnosis(late)) == (
+        "A change of command delay: the model has it as it was. Accept the new value.",
+    )
+    assert next_lines(diagnosis(current)) == ()
     sized = {"X_uu": Value(12.0, "N s2/m2", 10.0, 14.0)}
     (cause,) = cause_lines(diagnosis(replace(changed, parameters=sized)))
     assert cause.endswith("Fitted: change of X_uu 12.0 N s²/m² (95 %: 10.0 to 14.0).")

@@ -4,14 +4,14 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fakes.planted import damped, diagnosed, drawn_nominal, explained, quiet
+from fakes.planted import damped, diagnosed, drawn_nominal, explained, planted_nominal, quiet
 from soak import rows_rest_in_soak
 
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
 from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
-from identify.diagnose.accepted import known_with_causes
+from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import (
     accepted_causes,
     all_accepted,
@@ -103,6 +103,15 @@ def test_a_munk_moment_and_a_centre_of_mass_become_moments_of_this_vehicles_mass
     )
 
 
+def test_a_centre_of_mass_accepted_in_one_form_and_found_in_another_beside_it_is_sent_as_their_sum(
+    nominal, shape
+):
+    held = Cause(rigid_body.CG_OFFSET, np.array([0.02, 0.0]))
+    whole = all_accepted((finding_of(rigid_body.CG_OFFSET_IN_SPACE, 0.01, 0.0),), (held,))
+    values = of_effects(accepted_of(whole, nominal, shape))
+    assert values["S_x"] == pytest.approx(0.03 * shape.dry_mass_kg)
+
+
 def test_a_sag_becomes_the_law_of_the_voltage_that_was_measured(nominal, shape):
     course = nominal.course
     falling = replace(nominal, course=replace(course, voltage_v=16.0 - 0.01 * course.since_s))
@@ -138,7 +147,7 @@ def test_what_the_feed_forward_can_not_make_up_for_is_told_and_still_in_the_mode
 ):
     accepted = accepted_of((finding_of(effect, *values),), nominal, shape)
     assert words in " ".join(accepted.sentences)
-    assert [held.name for held in accepted.effects] == [effect.name]
+    assert [held.name for held in accepted.in_the_model] == [effect.name]
 
 
 def test_a_cause_that_the_dive_can_not_tell_from_another_is_accepted_with_a_word_about_it(nominal, shape):
@@ -220,7 +229,9 @@ def test_what_is_the_vehicles_own_is_taken_along_and_what_is_not_is_told():
     np.testing.assert_array_equal(causes.lasting[0].values, DRAG)
     _, sentence = causes.sentences(causes.lasting)
     assert "steady current (of that dive alone)" in sentence
-    assert "kraken (this library has no such effect, or the hull's own model has it)" in sentence
+    assert (
+        "kraken (this library has no such effect, the hull's own model has it, or the recording lacks what shows it)"
+    ) in sentence
     assert "thrust gain" not in sentence
 
 
@@ -309,6 +320,16 @@ def test_accepting_again_keeps_what_was_accepted_with_its_change_in_it(nominal, 
     assert all_accepted((other,), (drag,))[1] is other
 
 
+def test_of_a_change_what_the_dive_does_not_tell_stays_as_it_was_accepted():
+    damping = Cause(hydrodynamics.COUPLED_DAMPING, np.array([2.0, -1.5]))
+    (change,) = library_with_changes((damping.effect,), (damping,))
+    by = Cause(change, np.array([0.5, 37.0]))
+    finding = Finding(by, (), {}, 0.9, {"Y_r": Value(0.5, "N s/rad", 0.4, 0.6)}, 30.0)
+    (whole,) = all_accepted((finding,), (damping,))
+    assert whole.cause.values.tolist() == [2.5, -1.5]
+    assert whole.parameters["N_v"].value == -1.5
+
+
 def diagnosis_of(case, **more):
     return diagnosed(case, QUADRATIC_DRAG, DEAD_ZONE, DVL_MISALIGNMENT, **more)
 
@@ -335,6 +356,18 @@ def test_a_drag_that_was_accepted_is_no_gap_on_the_same_dive_and_its_loss_is_a_c
     assert set(gone) >= {
         max(first.findings[0].parameters, key=lambda n: first.findings[0].parameters[n].value)
     }
+
+
+def test_values_are_accepted_as_fitted_without_a_cause_that_only_shows():
+    case = draw_case(300051, names=["quadratic_drag"], size=0.7, seconds=85.0)
+    nominal = planted_nominal(case)
+    explanation = explained(nominal, QUADRATIC_DRAG)
+    (shown,) = explanation.causes
+    assert explanation.now.course.damping[0] < 0.9 * nominal.course.damping[0]
+    known = known_with_causes([shown], explanation.now)
+    shape = nominal.course.configuration
+    accepted = likely_accepted((), explanation, known, nominal, (QUADRATIC_DRAG,), (), shape)
+    assert accepted.values["D_u"].value == pytest.approx(nominal.course.damping[0], rel=0.02)
 
 
 SHIFTED_LIBRARY = (THRUST_GAIN, DVL_SCALE, ENTRAINED_WATER, ADDED_PAYLOAD, QUADRATIC_DRAG)
@@ -472,6 +505,18 @@ def test_linear_damping_that_quadratic_drag_may_replace_begins_at_none(nominal, 
     assert accepted.values["D_v"].low95 > 0.0
 
 
+def test_drag_that_lacks_in_surge_lacks_though_quadratic_drag_was_accepted_in_sway(nominal, shape, fit):
+    fit(drag=changing(9.0, 3.0, OF_DAMPING, -0.3))
+    surge_alone, sway_alone = np.eye(6)[:2] * 12.0
+    sentences = []
+    for values in (surge_alone, sway_alone):
+        whole = all_accepted((), (Cause(QUADRATIC_DRAG, values),))
+        (doubt,) = accepted_of(whole, nominal, shape).doubts
+        sentences.append(doubt.sentence)
+    assert "more quadratic drag than was accepted" in sentences[0]
+    assert "grows as the speed squared is missing" in sentences[1]
+
+
 def test_an_axis_whose_thrust_follows_what_was_not_recorded_is_not_called_late(nominal, shape, fit):
     fit(late=changing(8.0, 0.02, OF_MASS, 0.1))
     assert accepted_of((ASTERN,), replace(nominal, feedback_unrecorded=(SURGE,)), shape).doubts == ()
@@ -526,9 +571,12 @@ def test_of_a_hull_with_quadratic_drag_alone_no_linear_damping_is_accepted(dragg
     case, file, _ = draggy
     alone = damped(file, "quadratic")
     shape = alone.vehicle.configurations[case.configuration]
-    values = accepted_of((), nominal_of(dive_of(case), alone, case.configuration), shape).values
+    nominal = nominal_of(dive_of(case), alone, case.configuration)
+    values = accepted_of((), nominal, shape).values
     assert "X_uu" in values
     assert not {item.name for item in DAMPINGS} & values.keys()
+    heard = replace(nominal, feedback_unrecorded=(SURGE,))
+    assert accepted_of((), heard, shape).sentences[0].startswith("M_u and X_uu stay as the vehicle has them")
 
 
 @pytest.mark.parametrize(("elsewhere", "nats"), [(0.0, 50.0), (0.3, 50.0 / 900.0)], ids=["alone", "doubtful"])

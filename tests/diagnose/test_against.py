@@ -266,6 +266,12 @@ def test_degrees_of_freedom_that_a_recording_does_not_tell_are_named():
     assert lines(comparison)[-1].startswith("In heave, roll, pitch and yaw nothing is said of masses")
 
 
+def test_a_hull_whose_drag_is_quadratic_alone_is_told_by_that():
+    numbers = {"M_u": value(100.0), "X_uu": value(40.0, "N s2/m2"), "M_v": value(120.0)}
+    either = replace(diagnosis(), numbers=numbers)
+    assert compared(either, either).untold == ("sway", "heave", "roll", "pitch", "yaw")
+
+
 def test_the_verdict_and_the_effects_of_plain_data_are_of_what_the_simulator_must_gain():
     drag, zone = finding_of("quadratic_drag"), finding_of("dead_zone")
     has_it = plain(compared(diagnosis(drag, before=1.1), diagnosis(drag)))

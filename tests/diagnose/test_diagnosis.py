@@ -155,17 +155,26 @@ def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_cur
     assert [finding.name for finding in diagnosis.findings] == ["quadratic_drag"]
 
 
+def with_an_output_of_no_number(dive):
+    """TAU_CMD alone knows the wrench then."""
+    value = dive.pwm.value.copy()
+    value[:, 1] = np.nan
+    return replace(dive, pwm=Signal(dive.pwm.time_s, value))
+
+
 @pytest.mark.parametrize(
     ("spoilt", "unjudged", "words"),
     [
         (lambda dive: dive, (), ()),
         (lambda dive: replace(dive, pwm=None, rpm=None), (DEAD_ZONE,), ("SERVO_OUTPUT_RAW",)),
+        (with_an_output_of_no_number, (DEAD_ZONE,), ("SERVO_OUTPUT_RAW",)),
         (lambda dive: replace(dive, pwm=Signal(dive.pwm.time_s[::10], dive.pwm.value[::10]), tau_cmd=None),
          (COMMAND_DELAY,), ("a delay or a lag of the thrusters was not judged",)),
         (lambda dive: replace(dive, velocity_is_filtered=True), (DVL_DELAY,), ("a late DVL was not judged",)),
         (lambda dive: replace(without_velocity(dive), velocity_is_filtered=True), (), ()),
     ],
-    ids=["whole", "no pulses", "seldom commands", "an autopilot's velocity", "an autopilot's that is no number"],
+    ids=["whole", "no pulses", "an output of no number", "seldom commands", "an autopilot's velocity",
+         "an autopilot's that is no number"],
 )  # fmt: skip
 def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spoilt, unjudged, words):
     lacks = lacking(
@@ -179,6 +188,17 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
     assert left == {*unjudged, QUADRATIC_DRAG}
     for sentence, name in zip(unjudged_causes(lacks), words, strict=True):
         assert name in sentence
+
+
+def test_what_the_check_dive_alone_lacks_is_said_of_the_check_dive(case):
+    check = check_of(case)
+    check = replace(check, pwm=None, frozen={"velocity": (check.span_s,)})
+    diagnosis = diagnosed(case, QUADRATIC_DRAG, check=check)
+    (said,) = diagnosis.provisos
+    assert said.startswith("No pulses of the check dive tell what each thruster did")
+    assert any(
+        note.startswith(f"The velocity of {check.name} repeats one value for") for note in diagnosis.notes
+    )
 
 
 def with_pulses(dive, of_neutral):

@@ -63,6 +63,15 @@ def test_a_gyro_that_turns_at_rest_turns_on_beyond_the_heading():
     np.testing.assert_allclose(seen, -5.0 * bias)
 
 
+def test_a_dive_with_commands_for_a_few_seconds_alone_has_no_heading_to_compare(case_and_nominal):
+    dive = dive_of(case_and_nominal[0])
+    start_s = dive.span_s[0] + 40.0
+    few = {name: getattr(dive, name).between(start_s, start_s + 9.0) for name in ("pwm", "tau_cmd")}
+    short = planted_nominal(case_and_nominal[0], replace(dive, **few))
+    assert short.course.since_s[-1] < 10.0
+    assert of_kind(short, "heading") == []
+
+
 def test_an_accelerometer_that_is_tilted_reads_gravity():
     case, nominal = nominal_with(["imu_gravity_leak"])
     tilt = case.truth()["effects"][0]["parameters"]

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from test_judged import FILE, SECONDS, YAW, commanded, moved
 
+from identify.diagnose.accepted_before import library_with_changes
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.lateness import slow_loop, with_holding_unknown, with_known_holding
@@ -104,6 +105,10 @@ def test_a_delay_in_slow_commands_is_without_their_step_where_thrust_tells_it_an
     )
     assert less.parameters["delay"].value == pytest.approx(0.32 - most_s / 2)
     assert same.parameters["delay"] == value
+    (change,) = library_with_changes((COMMAND_DELAY,), (delay,))
+    sooner = {"delay": Value(-0.1, "s", -0.12, -0.08)}
+    changed = Finding(Cause(change, np.array([-0.1])), (), {}, 0.9, sooner, 50.0)
+    assert slow.without_step((changed,)) == (changed,)
 
 
 def test_commands_without_a_delay_or_at_twenty_a_second_are_of_no_slow_loop():

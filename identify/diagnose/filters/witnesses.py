@@ -259,6 +259,8 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     beyond = heading - np.interp(dive.attitude.time_s, turn.time_s, turned)
     near = Signal(dive.attitude.time_s, beyond[:, None])
     edges = np.arange(course.time_s[0] + WINDOW_S, course.time_s[-1] - WINDOW_S, WINDOW_S)
+    if len(edges) < 2:
+        return
     parts = [near.between(t - 0.5, t + 0.5).value for t in edges]
     ends = np.array([np.mean(part) if len(part) else np.nan for part in parts])
     off = np.diff(ends)
@@ -267,10 +269,7 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
         dive.breaks_s, edges[:-1] - 0.5
     )
     good = np.isfinite(off) & ~across
-    inside = (
-        (course.time_s >= edges[0]) & (course.time_s < edges[-1]) if len(edges) else np.zeros(0, np.bool_)
-    )
-    time_s = course.time_s[inside]
+    time_s = course.time_s[(course.time_s >= edges[0]) & (course.time_s < edges[-1])]
     window = np.minimum(((time_s - edges[0]) / WINDOW_S).astype(np.intp), len(off) - 1)
     kept = good[window]
     number = np.cumsum(good) - 1

@@ -162,7 +162,10 @@ def compared(vehicle: Diagnosis, simulator: Diagnosis) -> Against:
     untold = tuple(
         DOFS[dof]
         for dof in range(len(DOFS))
-        if any(item.name not in its or item.name not in mine for item in (MASSES[dof], DAMPINGS[dof]))
+        if not (
+            {MASSES[dof].name} <= its.keys() & mine.keys()
+            and {DAMPINGS[dof].name, QUADRATICS[dof].name} & its.keys() & mine.keys()
+        )
     )
     stories = tuple(
         finding

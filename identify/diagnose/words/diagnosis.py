@@ -53,9 +53,15 @@ def _way_out(diagnosis: Diagnosis) -> tuple[str, ...]:
     changed = [each.cause.effect for each in likely if each.cause.effect.variant == SINCE]
     whole = {(each.name, each.number): each.parameters for each in diagnosis.accepted.effects}
     return tuple(
-        f"{capital(effect_words(effect))}{_now(whole.get((effect.name, effect.number), {}))}: the vehicle makes up for "
-        "it as it was. Accept and upload the new value, or roll back (seatrial params rollback)."
+        f"{capital(effect_words(effect))}{_now(whole.get((effect.name, effect.number), {}))}: "
+        + (
+            "the vehicle makes up for it as it was. Accept and upload the new value, or roll back (seatrial params "
+            "rollback)."
+            if effect.compensation
+            else "the model has it as it was. Accept the new value."
+        )
         for effect in changed
+        if effect.lasting
     )
 
 
