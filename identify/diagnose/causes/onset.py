@@ -32,7 +32,7 @@ STRETCHES, NEAR_TIMES, APART_S = 16, 8, 1.0
 the best of these that are weighed as well, and the least distance between them."""
 
 NEAR_SHARE = 0.25
-"""Share of the nats asked for, by squares known about, from which an effect is weighed."""
+"""Share of the nats asked for, by squares known about, from which an instant is weighed."""
 
 LEAST_SQUARE = 0.02
 """Least share of a column's square that a late beginning is taken to have: a step alone shows."""
@@ -167,12 +167,15 @@ class _Residual:
         """The time since the recording's start from which on an effect saves most in sample, of any size; 0 if that is
         too little."""
         saved, since_s = np.abs(pushed.later(self._scores)), self.course.since_s
+        worth_a_look = 0.5 * saved**2 / pushed.squares >= NEAR_SHARE * self.least_nats
         able = (since_s >= LEAST_ACTING_S) & (since_s <= since_s[-1] - LEAST_ACTING_S) & self.course.recorded
-        if np.max(0.5 * saved**2 / pushed.squares, where=able, initial=0.0) < NEAR_SHARE * self.least_nats:
+        stretches = [some[worth_a_look[some]] for some in np.array_split(np.flatnonzero(able), STRETCHES)]
+        if not any(map(len, stretches)):
             return 0.0
-        stretches = [some for some in np.array_split(np.flatnonzero(able), STRETCHES) if len(some)]
-        _, best = self._best([some[np.argmax(saved[some])] for some in stretches], pushed.act)
-        near = np.flatnonzero(able & (np.abs(since_s - since_s[best]) < since_s[-1] / STRETCHES))
+        _, best = self._best([some[np.argmax(saved[some])] for some in stretches if len(some)], pushed.act)
+        near = np.flatnonzero(
+            able & worth_a_look & (np.abs(since_s - since_s[best]) < since_s[-1] / STRETCHES)
+        )
         apart: list[np.intp] = [best]
         for i in near[np.argsort(-saved[near])]:
             if len(apart) <= NEAR_TIMES and np.abs(since_s[i] - since_s[apart]).min() >= APART_S:
