@@ -41,6 +41,7 @@ ModelPart = Literal[
     "limit_n",
     "direction",
     "lag_s",
+    "other_lag_s",
     "net_buoyancy_n",
     "current_m_s",
 ]
