@@ -181,9 +181,14 @@ ENTRAINED_WATER = Effect(
 def _payload(course: Course, values: Array) -> Act:
     """More mass, and more drag along the axes in proportion to the dry mass; about the axes both depend on its
     position."""
-    share = values[0] / course.configuration.dry_mass_kg
-    along = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-    return Act(mass=_more_mass(float(values[0])), damping=share * along * course.damping)
+    share = values[0] / course.configuration.dry_mass_kg * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    quadratic = share * course.quadratic
+    return Act(
+        wrench=-quadratic * np.abs(course.nu) * course.nu,
+        mass=_more_mass(float(values[0])),
+        damping=share * course.damping,
+        quadratic=quadratic,
+    )
 
 
 ADDED_PAYLOAD = Effect(
