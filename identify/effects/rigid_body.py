@@ -175,6 +175,7 @@ ENTRAINED_WATER = Effect(
     Separation(manoeuvres=("the same more in all three", "weighing it wet")),
     feedforward="nominal",
     refit_absorbs=True,
+    less="less water that the hull carries along than before: as much less mass in surge, sway and heave",
 )
 
 
@@ -200,6 +201,7 @@ ADDED_PAYLOAD = Effect(
     Separation(manoeuvres=("the parameters that were accepted before",)),
     feedforward="nominal",
     refit_absorbs=True,
+    less="a payload that was there before and is not now: less mass and less drag",
 )
 
 EFFECTS = (
