@@ -109,10 +109,11 @@ class AxisErrors:
 class WholeError:
     """Error of an axis over the whole mission, whether it was asked to move or not; m/s or rad/s, NaN if unknown.
 
-    The mission lasts from the first motion of any reference to SETTLED_S after the last. rms: of the whole. asked: rms
-    of this axis's reference. unasked: rms while the controller has held this axis at rest for SETTLED_S and another has
-    moved; NaN for an axis that nothing holds. rest: rms while no reference has moved for SETTLED_S. noise: of the
-    sensor, as it remains in all of these; white noise alone.
+    The mission is the time in which any reference moves and SETTLED_S after each motion; a longer rest is none of it,
+    before its start, within it or after its end. rms: of the whole. asked: rms of this axis's reference. unasked: rms
+    while the controller has held this axis at rest for SETTLED_S and another has moved; NaN for an axis that nothing
+    holds. rest: rms while no reference has moved for SETTLED_S. noise: of the sensor, as it remains in all of these;
+    white noise alone.
     """
 
     axis: str
