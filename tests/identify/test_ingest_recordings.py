@@ -101,6 +101,20 @@ def test_a_dive_folder_joins_its_recordings(tmp_path: Path) -> None:
     assert dive.name == "2026-11-20T0912Z-hovering"
 
 
+def test_of_two_sounders_that_look_down_the_first_tells_the_altitude(tmp_path: Path) -> None:
+    stamped: list[Stamped] = list(contract_dive())
+    for k in range(20):
+        for number in (0, 1):
+            cm = 400 + 100 * number
+            sounder = mav.MAVLink_distance_sensor_message(
+                100 * k + 10 * number, 20, 5000, cm, 1, number, 25, 255
+            )
+            stamped.append((0.1 * k + 0.01 * number, 1, 1, sounder))
+    stamped.sort(key=lambda each: each[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert dive.altitude.value[:, 0].tolist() == [4.0] * 20
+
+
 def test_a_dive_made_elsewhere_is_read_whole() -> None:
     dive = read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
     assert dive.counts["records"] == 102337
