@@ -192,3 +192,18 @@ def test_a_dive_and_a_simulators_are_each_diagnosed_under_their_conditions(dive,
     words = ["diagnose", str(dive.path), "--against", str(simulated.path), "--vehicle", "ruvifist:hovering"]
     assert cli.main(words) == 1
     assert looked_at == [("2026-11-19T0900Z", 1.0), ("2026-11-20T0900Z", 3.0)]
+
+
+def test_a_check_dive_is_flown_under_its_own_conditions(dive, monkeypatch, capsys):
+    def look(dive, file, *_, check, check_file, **__):
+        raise LookedAt(f"{of_mass(dive.name, file)} and {of_mass(check.name, check_file)}")
+
+    before = DiveFolder(Path("dives", "2026-11-19T0900Z"))
+    before.set_conditions(Conditions(payload_kg=1.0))
+    (before.path / "telemetry.tlog").write_bytes(b"another")
+    dive.set_conditions(Conditions(ballast_kg=3.0))
+    monkeypatch.setattr("identify.run.recordings.read_dives", read_as_named)
+    monkeypatch.setattr("identify.diagnose.diagnose.diagnose", look)
+    words = ["diagnose", str(dive.path), "--check", str(before.path), "--vehicle", "ruvifist:hovering"]
+    assert cli.main(words) == 1
+    assert "('2026-11-20T0900Z', 3.0) and ('2026-11-19T0900Z', 1.0)" in capsys.readouterr().err

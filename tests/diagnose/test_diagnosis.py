@@ -58,6 +58,20 @@ def test_the_hidden_effect_is_named_with_its_parameters(diagnosis):
     assert any("together for 80 s: with so little of it to hold out" in note for note in diagnosis.notes)
 
 
+def test_a_check_dive_is_fitted_by_the_file_under_its_conditions(case, monkeypatch):
+    heavier = replace(case.file, sha256="heavier")
+    fit = module.fitted_nominal
+
+    def of_dive_alone(dive, file, *more):
+        if file is heavier:
+            raise FitError(f"{dive.name} by {file.sha256}")
+        return fit(dive, file, *more)
+
+    monkeypatch.setattr(module, "fitted_nominal", of_dive_alone)
+    with pytest.raises(FitError, match=f"{check_of(case).name} by heavier"):
+        diagnosed(case, DEAD_ZONE, check=check_of(case), check_file=heavier)
+
+
 @pytest.mark.parametrize("seconds", [5.0, 30.0])
 def test_a_dive_counts_for_as_long_as_commands_and_motion_were_both_recorded(case, seconds):
     dive = dive_of(case)

@@ -77,6 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
             reading.file,
             configuration,
             check=check.dive if check else None,
+            check_file=check.file if check else None,
             without=(*(arguments.without or ()), *impossible),
             before=before,
             notes=[f"{remark}." for remark in (*remarks, *why)],
