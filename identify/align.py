@@ -12,7 +12,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.config import Vehicle, VehicleFile
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.ingest.rotation import attitude_at
 from identify.thrust.wrench import wrench
 
@@ -114,28 +114,33 @@ def aligned(
         low_pass(tau, rate_hz, cutoff_hz),
         _attitude(dive, time_s),
         valid,
-        np.array([dive.velocity is not None] * 3 + [dive.gyro is not None] * 2 + [dive.yaw_rate is not None]),
+        np.array([*_known(dive.velocity), *_known(dive.gyro)[:2], _known(dive.yaw_rate)[0]]),
         forces.notes,
     )
+
+
+def _known(signal: Signal | None) -> list[bool]:
+    """Whether each column of a signal is known at any time; of none, for all that it may have."""
+    return [False] * 3 if signal is None else [bool(np.isfinite(column).any()) for column in signal.value.T]
 
 
 def _velocity(dive: Dive, time_s: Array) -> tuple[Array, np.ndarray[tuple[int], np.dtype[np.bool_]]]:
     """Velocity (n, 3), and whether a valid sample lies within one and a half periods."""
     if dive.velocity is None:
         return np.zeros((len(time_s), 3)), np.ones(len(time_s), np.bool_)
-    known_s = dive.velocity.time_s[np.isfinite(dive.velocity.value).all(axis=1)]
+    known_s = dive.velocity.in_part().time_s
     if len(known_s) < 2:
         return np.zeros((len(time_s), 3)), np.zeros(len(time_s), np.bool_)
     after = np.clip(np.searchsorted(known_s, time_s), 1, len(known_s) - 1)
     nearest = np.minimum(np.abs(time_s - known_s[after]), np.abs(time_s - known_s[after - 1]))
-    return dive.velocity.at(time_s), nearest <= 1.5 / dive.velocity.rate_hz
+    return np.nan_to_num(dive.velocity.at(time_s)), nearest <= 1.5 / dive.velocity.rate_hz
 
 
 def _rates(dive: Dive, time_s: Array) -> Array:
     rates = np.zeros((len(time_s), 3)) if dive.gyro is None else dive.gyro.at(time_s)
     if dive.yaw_rate is not None:
         rates[:, 2] = dive.yaw_rate.at(time_s)[:, 0]
-    return rates
+    return np.nan_to_num(rates)
 
 
 def _attitude(dive: Dive, time_s: Array) -> Array:

@@ -7,7 +7,7 @@ of the dive fitted too.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -147,6 +147,8 @@ def _finding(
     effect = shift.effects[chosen[i]]
     (parameter,) = effect.parameters
     _, sizes, covariance = shift.without(chosen)
+    if sizes[i] < 0 and effect.less:
+        effect = replace(effect, sentence=effect.less, is_less=True)
     cause = Cause(effect, np.clip(effect.none() + sizes[i], parameter.low, parameter.high))
     half = Z95 * float(np.sqrt(covariance[i, i]))
     values = {

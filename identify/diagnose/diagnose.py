@@ -81,6 +81,7 @@ def diagnose(
     configuration_name: str,
     *,
     check: Dive | None = None,
+    check_file: VehicleFile | None = None,
     effects: Sequence[Effect] | None = None,
     simulator: Simulator | None = None,
     accepted: Mapping[str, Prior] | None = None,
@@ -89,7 +90,8 @@ def diagnose(
 ) -> Diagnosis:
     """Diagnose a dive, and check on another dive of the same vehicle if `check` is given.
 
-    file, configuration_name: the vehicle file, and which of its configurations was dived. effects: those to try, None
+    file, configuration_name: the vehicle file, and which of its configurations was dived; check_file: the same under
+    the conditions of the check dive, None if these are the dive's. effects: those to try, None
     for the whole library. The gap is that of the nominal model fitted to this dive; with a `simulator`, of that
     simulator's model; with values `accepted` earlier, of the nominal model at these values, and changes since then are
     among the causes. With `effects_accepted` the model also holds these effects, those of water and tether where the
@@ -138,7 +140,9 @@ def diagnose(
     def other_filters() -> Nominal | None:
         if check is None:
             return None
-        return accepted_effects.in_force(fitted_nominal(check, file, configuration_name, fitted))
+        return accepted_effects.in_force(
+            fitted_nominal(check, check_file or file, configuration_name, fitted)
+        )
 
     search, other = both(searched, other_filters)
     nominal = search.nominal

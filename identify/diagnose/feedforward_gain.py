@@ -10,6 +10,7 @@ from identify.diagnose.filters.nominal import Nominal, quadratic_of
 from identify.diagnose.gap.missing import Missing
 from identify.diagnose.gap.simulation import EACH, missing_wrench_of, slope_of
 from identify.diagnose.result import Gain
+from identify.effects.course import runs_at
 from identify.estimators.likelihood.axis import DISTURBANCE, TIME_CONSTANT
 from identify.statistics import left_of
 
@@ -40,12 +41,13 @@ def feedforward_gain_by(left: Array, missing: Missing, now: Nominal, braking: Ar
     `missing`; B as in `braking_of`.
     """
     before = after = 0.0
+    runs = runs_at(missing.time_s, missing.runs_s)
     for dof in LEVEL:
         mass, braking_axis = float(now.course.mass[dof]), braking[:, dof]
         noise = _driven(now, dof, float(np.mean(braking_axis)))
         step_s = now.course.step_s * EACH
-        before += float(np.mean(_error(missing.wrench[:, dof], mass, braking_axis, step_s) ** 2)) + noise
-        after += float(np.mean(_error(left[:, dof], mass, braking_axis, step_s) ** 2)) + noise
+        before += _mean_square(missing.wrench[:, dof], mass, braking_axis, step_s, runs) + noise
+        after += _mean_square(left[:, dof], mass, braking_axis, step_s, runs) + noise
     return Gain(float(np.sqrt(before)), float(np.sqrt(after)))
 
 
@@ -59,9 +61,16 @@ def braking_of(causes: Sequence[Cause], now: Nominal) -> Array:
 
 
 def _beyond_refit(force: Array, now: Nominal, dof: int) -> Array:
-    nu, nu_dot = now.course.nu[:, dof], now.course.nu_dot[:, dof]
+    course, known = now.course, now.course.recorded
+    nu, nu_dot = course.nu[:, dof] * known, course.nu_dot[:, dof] * known
     squared = [np.abs(nu) * nu] if quadratic_of(now.joint, now.theta)[dof] else []
-    return left_of(np.column_stack([nu, nu_dot, *squared]), force)
+    return left_of(np.column_stack([nu, nu_dot, *squared]), force * known)
+
+
+def _mean_square(force: Array, mass: float, braking: Array, step_s: float, runs: Sequence[slice]) -> float:
+    """Mean square of the error over all runs: at the beginning of each nothing is known of it."""
+    errors = [_error(force[run], mass, braking[run], step_s) for run in runs]
+    return float(np.mean(np.concatenate(errors) ** 2))
 
 
 def _error(force: Array, mass: float, braking: Array, step_s: float) -> Array:

@@ -32,7 +32,7 @@ from identify.dive import Dive, Signal
 from identify.effects.course import Course
 from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.identifiability import MOST_ADDED
-from identify.estimators.refusals import refuse_unmoved, refuse_unpushed, solvable
+from identify.estimators.refusals import longest_common_s, refuse_unmoved, refuse_unpushed, solvable
 from identify.estimators.timing.thrust_delay import coarse_delay_of_all_s, coarse_delay_s
 from identify.ingest.commands import sampled_seldom
 from identify.statistics import Z95
@@ -80,6 +80,14 @@ def refuse_short(dive: Dive, least_s: float) -> None:
         raise FitError(
             f"{cut}lasts {math.floor(dive.duration_s)} s, too short to tell one cause from another; "
             f"{mend}record {least_s:.0f} s or more, with starts, stops and turns",
+            of=dive.source,
+        )
+    together_s = longest_common_s(dive)
+    if round(together_s) < least_s:
+        raise FitError(
+            f"thruster commands and readings of motion are both in it for {together_s:.0f} s of "
+            f"{dive.duration_s:.0f} s, too short to tell one cause from another; record both for {least_s:.0f} s or "
+            "more, with starts, stops and turns",
             of=dive.source,
         )
 
@@ -196,21 +204,22 @@ def _with_late_thrust(nominal: Nominal, dive: Dive, file: VehicleFile, configura
 
 def short_dive_note(dive: Dive) -> tuple[str, ...]:
     """A note that a short dive has too few held-out pieces to separate small causes from chance."""
-    if dive.duration_s >= ENOUGH_S:
+    together_s = longest_common_s(dive)
+    if round(together_s) >= ENOUGH_S:
         return ()
     return (
-        f"The dive lasts {math.floor(dive.duration_s)} s: with so little of it to hold out, a small "
-        f"cause can hardly be told from chance; dive {ENOUGH_S:.0f} s or more.",
+        f"Thruster commands and motion were recorded together for {together_s:.0f} s: with so little of it to hold "
+        f"out, a small cause can hardly be told from chance; dive {ENOUGH_S:.0f} s or more.",
     )
 
 
 def short_check_note(check: Dive | None) -> tuple[str, ...]:
     """A note that a check dive is too short."""
-    if check is None or check.duration_s >= ENOUGH_CHECK_S:
+    if check is None or round(together_s := longest_common_s(check)) >= ENOUGH_CHECK_S:
         return ()
     return (
-        f"The check dive lasts {math.floor(check.duration_s)} s, too short to tell how far the gap shrinks; dive "
-        f"{ENOUGH_CHECK_S:.0f} s or more to check on.",
+        f"Of the check dive thruster commands and motion were recorded together for {together_s:.0f} s, too short to "
+        f"tell how far the gap shrinks; dive {ENOUGH_CHECK_S:.0f} s or more to check on.",
     )
 
 

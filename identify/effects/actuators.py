@@ -154,7 +154,10 @@ def thruster_lag(nominal_s: float) -> tuple[Effect, Effect]:
         slower = thrust_of(course.asked_n, course.step_s, float(values[0]) - second_s)
         return before_the_shaft(course, behind_filter(slower, course.step_s, second_s) - course.thrust_n)
 
-    return _lag(nominal_s, in_one, "of first order"), _lag(nominal_s, in_two, "in two stages")
+    return (
+        _lag(nominal_s, in_one, "of first order", "lag_s"),
+        _lag(nominal_s, in_two, "in two stages", "other_lag_s"),
+    )
 
 
 def shaft_lag(nominal_s: float) -> Effect:
@@ -164,10 +167,12 @@ def shaft_lag(nominal_s: float) -> Effect:
         slower = shaft_lagged(course.asked_n, course.step_s, float(values[0]))
         return before_the_shaft(course, slower - course.thrust_n)
 
-    return _lag(nominal_s, of_shafts, "of the shafts' speed")
+    return _lag(nominal_s, of_shafts, "of the shafts' speed", "other_lag_s")
 
 
-def _lag(nominal_s: float, act: Callable[[Course, Array], Act], variant: str) -> Effect:
+def _lag(
+    nominal_s: float, act: Callable[[Course, Array], Act], variant: str, model_part: ModelPart
+) -> Effect:
     return Effect(
         "thruster_lag",
         "thrusters that answer more slowly, or more quickly, than the vehicle file says",
@@ -180,7 +185,7 @@ def _lag(nominal_s: float, act: Callable[[Course, Array], Act], variant: str) ->
         needs=(QUICK_COMMANDS,),
         variant=variant,
         timing="lag",
-        model_part="lag_s",
+        model_part=model_part,
     )
 
 

@@ -41,6 +41,7 @@ ModelPart = Literal[
     "limit_n",
     "direction",
     "lag_s",
+    "other_lag_s",
     "net_buoyancy_n",
     "current_m_s",
 ]
@@ -190,6 +191,7 @@ class Effect:
     - act: returns its contribution for the values (p,) of its parameters. An effect without parameters adds nothing
       to a course and is detected by other evidence.
     - sentence: description for a crew.
+    - less: the sentence where its size lies below `none`, "" where the same serves; is_less: whether it does.
     - separation: manoeuvres and sensors that distinguish it from similar effects.
     - linear: its contribution is proportional to the distance of its parameters from `none`.
     - number: the thruster that it concerns, from 1; 0 for all.
@@ -247,6 +249,8 @@ class Effect:
     steep: bool = False
     sudden: bool = False
     since_s: float = 0.0
+    less: str = ""
+    is_less: bool = False
     _throughout: "Effect | None" = None
 
     @property

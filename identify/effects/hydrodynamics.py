@@ -168,7 +168,7 @@ FOULING_SINCE = Effect(
     "fouling",
     "more drag in all degrees of freedom than when the parameters were accepted",
     "force",
-    (Parameter("share", "1", 0.2, low=0.0),),
+    (Parameter("share", "1", 0.2, low=-1.0),),
     _grown,
     Separation(manoeuvres=("the parameters that were accepted before",)),
     feedforward="nominal",
@@ -176,6 +176,7 @@ FOULING_SINCE = Effect(
     refit_absorbs=True,
     # A single dive does not show how long the growth took, so there is no rate to report.
     telling=lambda _: {},
+    less="less drag in all degrees of freedom than when the parameters were accepted, as of a hull that was cleaned",
 )
 
 EFFECTS = (

@@ -175,15 +175,21 @@ ENTRAINED_WATER = Effect(
     Separation(manoeuvres=("the same more in all three", "weighing it wet")),
     feedforward="nominal",
     refit_absorbs=True,
+    less="less water that the hull carries along than before: as much less mass in surge, sway and heave",
 )
 
 
 def _payload(course: Course, values: Array) -> Act:
     """More mass, and more drag along the axes in proportion to the dry mass; about the axes both depend on its
     position."""
-    share = values[0] / course.configuration.dry_mass_kg
-    along = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
-    return Act(mass=_more_mass(float(values[0])), damping=share * along * course.damping)
+    share = values[0] / course.configuration.dry_mass_kg * np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    quadratic = share * course.quadratic
+    return Act(
+        wrench=-quadratic * np.abs(course.nu) * course.nu,
+        mass=_more_mass(float(values[0])),
+        damping=share * course.damping,
+        quadratic=quadratic,
+    )
 
 
 ADDED_PAYLOAD = Effect(
@@ -195,6 +201,7 @@ ADDED_PAYLOAD = Effect(
     Separation(manoeuvres=("the parameters that were accepted before",)),
     feedforward="nominal",
     refit_absorbs=True,
+    less="a payload that was there before and is not now: less mass and less drag",
 )
 
 EFFECTS = (

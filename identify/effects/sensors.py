@@ -4,7 +4,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.effects.course import Course, delayed
+from identify.effects.course import Course, delayed, runs_at
 from identify.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter, Separation
 
 
@@ -96,8 +96,11 @@ DVL_LEVER_ARM = Effect(
 def _late(course: Course, values: Array) -> Act:
     """Delays the integral of the acceleration: a filter's velocity jumps with every reading, which is no motion of
     the vehicle."""
-    way = np.cumsum(course.over_ground[1][:, :3], axis=0) * course.step_s
-    return Act(velocity=delayed(way, course.step_s, float(values[0])) - way)
+    rate, late = course.over_ground[1][:, :3], np.zeros((len(course.nu), 3))
+    for run in runs_at(course.time_s, course.runs_s):
+        way = np.cumsum(rate[run], axis=0) * course.step_s
+        late[run] = delayed(way, course.step_s, float(values[0])) - way
+    return Act(velocity=late)
 
 
 DVL_DELAY = Effect(

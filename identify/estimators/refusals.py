@@ -36,13 +36,20 @@ DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 3: LEAST_RAD_S, 4: LEAST_RAD
 
 def lasting(dive: Dive) -> None:
     """Raise FitError if no axis was read for long enough. A battery's voltage may be logged after all else ended."""
-    common = [span_s for dof in range(len(DOFS)) if not math.isnan(span_s := common_s(dive, dof))]
-    if common and round(max(common)) < SHORTEST_DIVE_S:
+    together_s = longest_common_s(dive)
+    if round(together_s) < SHORTEST_DIVE_S:
         raise FitError(
-            f"thruster commands and readings of motion are both in it for {max(*common, 0):.0f} s of "
+            f"thruster commands and readings of motion are both in it for {together_s:.0f} s of "
             f"{dive.duration_s:.0f} s, but identification needs at least {SHORTEST_DIVE_S:.0f} s; record a longer one",
             of=dive.name,
         )
+
+
+def longest_common_s(dive: Dive) -> float:
+    """Time for which a dive has thruster commands and readings of the axis that it reads for longest; the whole of it
+    without either, and no longer than the dive, of whose runs the time between is none."""
+    common = [span_s for dof in range(len(DOFS)) if not math.isnan(span_s := common_s(dive, dof))]
+    return min(max(0.0, *common), dive.duration_s) if common else dive.duration_s
 
 
 def too_short(dive: Dive, dof: int) -> str:

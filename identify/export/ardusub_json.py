@@ -16,7 +16,7 @@ import math
 from collections.abc import Sequence
 
 from bridge.simulator.json_plant import PORT
-from identify.export.model import KNOW, Model
+from identify.export.model import DRAG_SPEED_M_S, KNOW, Model
 
 SPHERE_M = 0.2
 AREA_M2 = math.pi / 4 * math.pi ** (2 / 3) * SPHERE_M**2
@@ -49,9 +49,10 @@ REASONS = {
     "undamped_moving": _UNDAMPED,
     "undamped_turning": _UNDAMPED,
     "added": _SUBMARINE.format("no Coriolis force and no added mass but in its weight"),
-    "moving_damping": _SUBMARINE.format("quadratic drag alone"),
+    "moving_damping": _SUBMARINE.format("quadratic drag alone, which is written to be right at 0.5 m/s"),
     "turning_damping": _SUBMARINE.format(
-        "quadratic drag about its axes alone, and one moment of inertia, computed from its mass"
+        "quadratic drag alone about its axes too, written to be right at 0.5 rad/s, and one moment of inertia, "
+        "computed from its mass"
     ),
     "righting": _SUBMARINE.format("a righting moment of 6 N m in its source"),
     "vertical_current": _SUBMARINE.format("currents along the horizon"),
@@ -89,9 +90,10 @@ def _frame_property(model: Model) -> dict[str, object]:
     along = DENSITY_KG_M3 / 2 * AREA_M2
     about = TURNING_DENSITY_KG_M3 / 2 * AREA_M2 * SPHERE_M
     submarine_drag = (*OWN_LINEAR_DRAG, *OWN_TURNING_DRAG)
+    whole = [q + linear / DRAG_SPEED_M_S for q, linear in zip(model.quadratic, model.linear, strict=True)]
     drag = [
-        submarine_drag[i] if i in model.undamped else q / (along if i < 3 else about)
-        for i, q in enumerate(model.quadratic)
+        submarine_drag[i] if i in model.undamped else size / (along if i < 3 else about)
+        for i, size in enumerate(whole)
     ]
     return {
         # `mass` divides SIM_BUOYANCY and `weight` every other force.

@@ -25,6 +25,8 @@ KNOW = "identify it, or put it into the vehicle file's model"
 NONE: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 CURVE_US = range(1100, 1901, 10)
 """Pulse widths at which the thrust curve is written."""
+DRAG_SPEED_M_S = 0.5
+"""Speed, m/s or rad/s, at which drag is right in a simulator whose drag grows with another power of it."""
 
 
 @dataclass(frozen=True)

@@ -19,6 +19,7 @@ import xml.etree.ElementTree as ET
 from bridge.arrays import Vector3
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.export.model import (
+    DRAG_SPEED_M_S,
     KNOW,
     Model,
     Propeller,
@@ -30,8 +31,6 @@ from identify.export.model import (
     volume_m3,
 )
 
-DRAG_SPEED_M_S = 0.5
-"""Speed at which the quadratic drag is right; Stonefish's drag grows with the cube of the speed."""
 START_DEPTH_M = 5.0
 STEEP = 1e-3
 """A table can't jump, so it rises to the least thrust within this share of it."""

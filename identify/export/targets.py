@@ -176,6 +176,10 @@ def _with_effect(model: Model, effect: Effect, values: Sequence[float]) -> Model
         return replace(model, net_buoyancy_n=model.net_buoyancy_n + size)
     if part == "lag_s":
         return replace(model, lag_s=size)
+    if part == "other_lag_s":
+        form = f"the thrusters' lag was accepted {effect.variant}"
+        note = f"{form}: one of first order, as late, is written, {size:.3g} s"
+        return replace(model, lag_s=size, notes=(*model.notes, note))
     changed = tuple(
         _with_fault(thruster, effect, size) if effect.number in (0, i) else thruster
         for i, thruster in enumerate(model.thrusters, start=1)

@@ -123,7 +123,7 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError("no such file or folder; check the name", path)
     if not path.is_dir():
         return [path]
-    recordings = sorted(file for file in path.iterdir() if file.name.endswith(SUFFIXES))
+    recordings = sorted(file for file in path.iterdir() if file.name.lower().endswith(SUFFIXES))
     ours = _ours(recordings)
     chosen = files_to_read(ours) or recordings
     if len(chosen) > 1 and chosen is recordings:
@@ -172,7 +172,11 @@ def _unread(path: Path) -> tuple[str, ...]:
 
 def _ours(paths: Iterable[Path]) -> list[Path]:
     return sorted(
-        (file for file in paths if file.name.startswith("telemetry") and file.name.endswith(SUFFIXES)),
+        (
+            file
+            for file in paths
+            if file.name.startswith("telemetry") and file.name.lower().endswith(SUFFIXES)
+        ),
         key=number,
     )
 
@@ -271,8 +275,8 @@ def _since_start(fields: dict[str, Any]) -> dict[str, Any]:
 
 def _name(path: Path) -> str:
     name = path.resolve().name
-    for ending in (".gz", ".tlog", ".BIN", ".bin", *MAPPED):
-        name = name.removesuffix(ending)
+    for ending in (".gz", ".tlog", ".bin", *MAPPED):
+        name = name[: -len(ending)] if name.lower().endswith(ending) else name
     return name
 
 
@@ -323,7 +327,7 @@ def date_of(dive: Dive) -> tuple[float | None, str]:
 
 
 def _first_stamp_s(file: Path) -> float | None:
-    if not file.name.endswith(SUFFIXES):
+    if not file.name.lower().endswith(SUFFIXES):
         return None
     first = next(iter(tlog.read_tlog(file)), None)
     return first[0] * 1e-6 if first is not None and first[0] * 1e-6 > OLDEST_UNIX_S else None

@@ -100,6 +100,7 @@ def _diagnose(arguments: argparse.Namespace) -> int:
         file,
         configuration,
         check=readings[1].dive if arguments.check else None,
+        check_file=readings[1].file if arguments.check else None,
         without=arguments.without,
         before=before,
         notes=[f"{remark}." for reading in readings for remark in reading.remarks],

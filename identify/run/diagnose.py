@@ -118,12 +118,14 @@ def diagnose(
     configuration_name: str,
     *,
     check: Dive | None = None,
+    check_file: VehicleFile | None = None,
     without: Collection[str] = (),
     before: Before = Before(),
     notes: Sequence[str] = (),
     progress: Steps = ignore_step,
 ) -> Diagnosed:
-    """Diagnose a dive; `without` names effects that are not tried, `notes` come before those of the diagnosis.
+    """Diagnose a dive; `without` names effects that are not tried, `notes` come before those of the diagnosis, and
+    `check_file` is the vehicle file under the conditions of the check dive, None if these are the dive's.
 
     Raises ConfigError for a name that is no effect, LogError for a check dive that is of the same dive, and FitError,
     as `identify.diagnose.diagnose` does, for a recording that can't be diagnosed.
@@ -137,6 +139,7 @@ def diagnose(
             file,
             configuration_name,
             check=check,
+            check_file=check_file,
             effects=effects,
             accepted=before.values,
             effects_accepted=before.effects,

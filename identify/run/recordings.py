@@ -138,7 +138,7 @@ def stray_bytes(recording: Path) -> str:
 
     Raises LogError if there is no recording.
     """
-    files = [file for file in recording_files(recording) if file.name.endswith(SUFFIXES)]
+    files = [file for file in recording_files(recording) if file.name.lower().endswith(SUFFIXES)]
     names = [file.name if file == recording else f"{recording.name}/{file.name}" for file in files]
     return ". ".join(filter(None, map(_stray, files, names)))
 

@@ -28,7 +28,7 @@ from identify.validation.against_forecast import (
     verdict_of,
 )
 from identify.validation.raising import Raising, go_no_go, in_one_mode
-from identify.validation.tracking import AXES, Row, TrackingErrors, tracking_errors
+from identify.validation.tracking import AXES, Row, TrackingErrors, tracking_errors, with_slopes
 from identify.validation.tracking_curves import followed
 from identify.words import fixed, speed
 
@@ -103,7 +103,7 @@ def validate(
     `foretold` gives, for that part, the contents of the sidecar of the accepted diagnosis that it is compared with.
     """
     # Errors averaged over two modes would describe neither.
-    parts = [(in_one_mode(dive), dive) for dive in dives]
+    parts = [(in_one_mode(dive), dive) for dive in map(with_slopes, dives)]
     parts.sort(key=lambda pair: len(Mode) if pair[0].mode is None else int(pair[0].mode))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)

@@ -82,6 +82,8 @@ def of_axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: Vehicle
     pid = low_pass(dive.tau_pid.at(motion.time_s)[:, dof], RATE_HZ, CUTOFF_HZ)
     if mode is Mode.BOTH:
         return [_left_to_pid(axis, fed, pid, of)]
+    if not motion.has[dof]:
+        return [Criterion(axis, None, "no speed was measured there: nothing is known of it")]
     return _beside_pid(dof, reference, fed, pid, motion, of)
 
 

@@ -257,7 +257,7 @@ def _pushed_s(dive: Dive, mode: Mode) -> float:
     commanded = dive.tau_cmd.value[:, dofs]
     pid, fed = (np.nan_to_num(tau.at(time_s)[:, dofs]) for tau in (dive.tau_pid, dive.tau_ff))
     asked = {Mode.ALONE: fed, Mode.BOTH: pid + fed}.get(mode, pid)
-    step_s = float(np.median(np.diff(time_s)))
+    step_s = 1.0 / max(dive.tau_cmd.rate_hz, 1e-9)
     least = max(round(PUSH_S / step_s), 1)
     # A command that only its limits hold back is smaller than what was asked for; an axis without a reference, as under
     # an autopilot that holds its heading, is not the controller's, and one that it leaves alone for long is not then.

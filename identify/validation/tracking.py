@@ -15,7 +15,7 @@ including motion that was not asked for.
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -109,10 +109,11 @@ class AxisErrors:
 class WholeError:
     """Error of an axis over the whole mission, whether it was asked to move or not; m/s or rad/s, NaN if unknown.
 
-    The mission lasts from the first motion of any reference to SETTLED_S after the last. rms: of the whole. asked: rms
-    of this axis's reference. unasked: rms while the controller has held this axis at rest for SETTLED_S and another has
-    moved; NaN for an axis that nothing holds. rest: rms while no reference has moved for SETTLED_S. noise: of the
-    sensor, as it remains in all of these; white noise alone.
+    The mission is the time in which any reference moves and SETTLED_S after each motion; a longer rest is none of it,
+    before its start, within it or after its end. rms: of the whole. asked: rms of this axis's reference. unasked: rms
+    while the controller has held this axis at rest for SETTLED_S and another has moved; NaN for an axis that nothing
+    holds. rest: rms while no reference has moved for SETTLED_S. noise: of the sensor, as it remains in all of these;
+    white noise alone.
     """
 
     axis: str
@@ -195,6 +196,20 @@ def whole_rows(errors: Mapping[str, TrackingErrors]) -> tuple[Row, ...]:
     return tuple(rows)
 
 
+def with_slopes(dive: Dive) -> Dive:
+    """The dive with the derivatives of its reference by differences where NU_REF states none."""
+    if dive.nu_ref is None:
+        return dive
+    time_s, value = dive.nu_ref.time_s, dive.nu_ref.value.copy()
+    unstated = np.flatnonzero(~np.isfinite(value[:, 6:12]).any(axis=0))
+    at_s, first = np.unique(time_s, return_index=True)
+    if not len(unstated) or len(at_s) < 2:
+        return dive
+    slopes = np.gradient(value[first][:, unstated], at_s, axis=0)
+    value[:, 6 + unstated] = Signal(at_s, slopes).at(time_s)
+    return replace(dive, nu_ref=Signal(time_s, value))
+
+
 def phases(velocity: Array, slope: Array) -> Phases:
     """Return the phases of a reference from its velocity and derivative, (n,) each.
 
@@ -238,7 +253,7 @@ def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
         return None
     time_s, value = dive.velocity.time_s, dive.velocity.value
     if dive.gyro is not None and len(dive.gyro) and any(lever_m):
-        value = value - np.cross(dive.gyro.at(time_s), lever_m)
+        value = value - np.cross(np.nan_to_num(dive.gyro.at(time_s)), lever_m)
     return Signal(time_s, value[:, dof : dof + 1])
 
 
@@ -337,7 +352,7 @@ def _low(time_s: Array, error: Array) -> tuple[Array, float]:
     it passes the power mean(G^2) and removes mean((1 - G)^2). The removed part is measured robustly, because nothing
     else in the error is that fast for long.
     """
-    rate_hz = 1.0 / max(float(np.median(np.diff(time_s))), 1e-9)
+    rate_hz = Signal(time_s, error[:, None]).rate_hz
     top = rate_hz / (2 * CUTOFF_HZ)
     if top <= 1:
         return error, 0.0

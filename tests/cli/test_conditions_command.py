@@ -122,6 +122,10 @@ def test_water_as_the_file_has_it_is_not_worth_a_word(dive):
     assert recording_at(dive.path).under_conditions(filed) == (filed, ())
 
 
+class LookedAt(FitError):
+    """Only the attempt counts."""
+
+
 @pytest.mark.parametrize(
     ("out_m", "tried", "sentences"),
     [
@@ -133,9 +137,6 @@ def test_water_as_the_file_has_it_is_not_worth_a_word(dive):
 def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(
     dive, monkeypatch, capsys, out_m, tried, sentences
 ):
-    class LookedAt(FitError):
-        """Only the attempt counts."""
-
     def look(*_, effects, **__):
         raise LookedAt(f"tether tried: {effects is None or 'tether' in {effect.name for effect in effects}}")
 
@@ -147,3 +148,62 @@ def test_where_no_tether_was_out_it_is_not_tried_as_a_cause(
     monkeypatch.setattr("identify.diagnose.diagnose.diagnose", look)
     cli.main(["diagnose", str(dive.path), "--vehicle", "ruvifist:hovering"])
     assert f"tether tried: {tried}" in capsys.readouterr().err
+
+
+def of_mass(looked_at, file):
+    """The dry mass by which a dive is looked at."""
+    return looked_at, file.vehicle.configurations["hovering"].dry_mass_kg - DRY_KG
+
+
+DRY_KG = load_vehicle("ruvifist").vehicle.configurations["hovering"].dry_mass_kg
+
+
+def read_as_named(path, *_):
+    return [Dive(path.name, path, path.name)]
+
+
+def test_the_dive_that_a_plan_follows_is_identified_under_its_conditions(dive, monkeypatch, capsys):
+    def look(dive, file, *_):
+        raise LookedAt(f"{of_mass(dive.name, file)}")
+
+    dive.set_conditions(Conditions(ballast_kg=3.0))
+    monkeypatch.setattr("identify.run.recordings.read_dives", read_as_named)
+    monkeypatch.setattr("identify.ingest.open.read_dives", read_as_named)
+    monkeypatch.setattr("identify.run.plan.estimator", lambda _: look)
+    assert cli.main(["plan", "--after", str(dive.path), "--vehicle", "ruvifist:hovering"]) == 1
+    assert "('2026-11-20T0900Z', 3.0)" in capsys.readouterr().err
+
+
+def test_a_dive_and_a_simulators_are_each_diagnosed_under_their_conditions(dive, monkeypatch):
+    looked_at = []
+
+    def look(dive, file, *_, **__):
+        looked_at.append(of_mass(dive.name, file))
+        if len(looked_at) == 2:
+            raise LookedAt("both")
+
+    simulated = DiveFolder(Path("dives", "2026-11-19T0900Z"))
+    simulated.set_conditions(Conditions(payload_kg=1.0))
+    dive.set_conditions(Conditions(ballast_kg=3.0))
+    monkeypatch.setattr("identify.run.recordings.read_dives", read_as_named)
+    monkeypatch.setattr("identify.diagnose.simulators.comparison.diagnose", look)
+    monkeypatch.setattr("identify.diagnose.simulators.comparison.simulator_of", lambda _: None)
+    monkeypatch.setattr("identify.diagnose.simulators.comparison.priors_of", lambda _: {})
+    words = ["diagnose", str(dive.path), "--against", str(simulated.path), "--vehicle", "ruvifist:hovering"]
+    assert cli.main(words) == 1
+    assert looked_at == [("2026-11-19T0900Z", 1.0), ("2026-11-20T0900Z", 3.0)]
+
+
+def test_a_check_dive_is_flown_under_its_own_conditions(dive, monkeypatch, capsys):
+    def look(dive, file, *_, check, check_file, **__):
+        raise LookedAt(f"{of_mass(dive.name, file)} and {of_mass(check.name, check_file)}")
+
+    before = DiveFolder(Path("dives", "2026-11-19T0900Z"))
+    before.set_conditions(Conditions(payload_kg=1.0))
+    (before.path / "telemetry.tlog").write_bytes(b"another")
+    dive.set_conditions(Conditions(ballast_kg=3.0))
+    monkeypatch.setattr("identify.run.recordings.read_dives", read_as_named)
+    monkeypatch.setattr("identify.diagnose.diagnose.diagnose", look)
+    words = ["diagnose", str(dive.path), "--check", str(before.path), "--vehicle", "ruvifist:hovering"]
+    assert cli.main(words) == 1
+    assert "('2026-11-20T0900Z', 3.0) and ('2026-11-19T0900Z', 1.0)" in capsys.readouterr().err

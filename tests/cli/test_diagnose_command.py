@@ -208,7 +208,9 @@ def test_a_check_dive_under_a_minute_is_flown_with_a_word_that_it_tells_little()
 
     assert check_notes(check) == []
     (note,) = check_notes(short)
-    assert note.startswith("The check dive lasts 34 s, too short to tell how far the gap shrinks; dive 60 s")
+    assert note.startswith(
+        "Of the check dive thruster commands and motion were recorded together for 35 s, too short"
+    )
 
 
 @pytest.mark.parametrize("first", [True, False])

@@ -30,7 +30,7 @@ from identify.doubt import Outcome
 from identify.effects import actuators, environment, hydrodynamics, rigid_body, sensors, supply
 from identify.effects.actuators import DEAD_ZONE, SATURATION, THRUST_GAIN, weak
 from identify.effects.environment import STEADY_CURRENT
-from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
+from identify.effects.hydrodynamics import FOULING, FOULING_SINCE, QUADRATIC_DRAG
 from identify.effects.rigid_body import ADDED_PAYLOAD, ENTRAINED_WATER
 from identify.effects.sensors import DVL_MISALIGNMENT, DVL_SCALE
 from identify.estimators.missing_forces.drag_and_timing import Doubts, Multiplier
@@ -426,6 +426,37 @@ def test_masses_that_all_rose_by_as_much_are_water_that_weighs_so(measured_shift
     causes, _ = changes_since(measured_shift, earlier)
     assert causes[0].name == "entrained_water"
     assert causes[0].parameters["mass"].value == pytest.approx(6.0, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("damping", "said"),
+    [
+        (1.25, "fouling explains: more drag in all degrees of freedom than when"),
+        (0.8, "less fouling explains: less drag in all degrees of freedom than when"),
+    ],
+)
+def test_dampings_that_all_fell_alike_are_a_hull_that_was_cleaned_and_no_more_drag(
+    measured_shift, damping, said
+):
+    shift = shift_of(
+        measured_shift, accepted(measured_shift, damping=damping), (*SHIFTED_LIBRARY, FOULING_SINCE)
+    )
+    (cause,), _ = changes(measured_shift, shift)
+    assert cause.cause.values == pytest.approx([1.0 - 1.0 / damping], abs=0.01)
+    assert f"{effect_words(cause.cause.effect)} explains: {cause.cause.effect.sentence}".startswith(said)
+
+
+def test_a_payload_that_was_taken_off_is_said_to_be_gone(measured_shift):
+    course, earlier = measured_shift.now.course, accepted(measured_shift)
+    off = ADDED_PAYLOAD.act(course, np.array([6.0]))
+    for group, now, more in ((MASSES, course.mass, off.mass), (DAMPINGS, course.damping, off.damping)):
+        for name, before in zip([item.name for item in group], now + more, strict=True):
+            if name in earlier:
+                earlier[name] = Prior(before, RELATIVE_STD * before)
+    cause = changes_since(measured_shift, earlier)[0][0]
+    assert cause.parameters["mass"].value == pytest.approx(-6.0, abs=0.1)
+    assert effect_words(cause.cause.effect) == "less added payload"
+    assert cause.cause.effect.sentence.startswith("a payload that was there before and is not now")
 
 
 def test_only_what_was_accepted_is_compared(measured_shift):

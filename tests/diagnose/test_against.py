@@ -342,6 +342,7 @@ def test_a_planted_effect_is_what_the_plain_simulator_lacks(pair: tuple[Case, Ca
         dive_of(real),
         check_of(sim),
         real.file,
+        real.file,
         real.configuration,
         effects=few,
         progress=lambda share, _: shares.append(share),

@@ -16,7 +16,13 @@ from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.recording import lacking, unjudged_causes
+from identify.diagnose.recording import (
+    lacking,
+    refuse_short,
+    short_check_note,
+    short_dive_note,
+    unjudged_causes,
+)
 from identify.diagnose.result import plain
 from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
@@ -49,7 +55,44 @@ def test_the_hidden_effect_is_named_with_its_parameters(diagnosis):
         assert value.low95 < value.value < value.high95
     assert diagnosis.findings[0].gain_nats > 20
     assert diagnosis.tried[0].accepted
-    assert any("lasts 79 s: with so little of it to hold out" in note for note in diagnosis.notes)
+    assert any("together for 80 s: with so little of it to hold out" in note for note in diagnosis.notes)
+
+
+def test_a_check_dive_is_fitted_by_the_file_under_its_conditions(case, monkeypatch):
+    heavier = replace(case.file, sha256="heavier")
+    fit = module.fitted_nominal
+
+    def of_dive_alone(dive, file, *more):
+        if file is heavier:
+            raise FitError(f"{dive.name} by {file.sha256}")
+        return fit(dive, file, *more)
+
+    monkeypatch.setattr(module, "fitted_nominal", of_dive_alone)
+    with pytest.raises(FitError, match=f"{check_of(case).name} by heavier"):
+        diagnosed(case, DEAD_ZONE, check=check_of(case), check_file=heavier)
+
+
+@pytest.mark.parametrize("seconds", [5.0, 30.0])
+def test_a_dive_counts_for_as_long_as_commands_and_motion_were_both_recorded(case, seconds):
+    dive = dive_of(case)
+    parts = {
+        name: signal.between(dive.span_s[0], dive.span_s[0] + seconds)
+        for name, signal in dive.signals().items()
+        if name in ("pwm", "tau_cmd")
+    }
+    parted = replace(dive, **parts)
+    (note,) = short_dive_note(parted)
+    assert note.startswith(
+        f"Thruster commands and motion were recorded together for {seconds:.0f} s: with so little"
+    )
+    (of_check,) = short_check_note(parted)
+    assert f"were recorded together for {seconds:.0f} s, too short to tell how far" in of_check
+    if seconds > 20.0:
+        refuse_short(parted, 20.0)
+        return
+    said = r"both in it for 5 s of 80 s, too short to tell one cause from another; record both for 20 s or more, with"
+    with pytest.raises(FitError, match=said):
+        refuse_short(parted, 20.0)
 
 
 def test_the_gap_lies_where_it_truly_does_and_shares_sum_to_one(case, diagnosis):

@@ -206,6 +206,23 @@ def test_a_force_that_lasts_makes_an_error_of_what_it_is_over_what_brakes(nomina
     assert gain.after_m_s < 0.02
 
 
+def test_an_error_of_the_feed_forward_begins_anew_with_each_run(nominal):
+    """A push at the end of the first run lasts on in a body that nothing brakes, but not into the second."""
+    time_s = nominal.course.time_s[::EACH]
+    half = len(time_s) // 2
+    wrench = np.zeros((len(time_s), 6))
+    wrench[half - 100 : half, 0] = 50.0
+    one = Missing(time_s, wrench, 0.0 * wrench, wrench)
+    runs = replace(one, runs_s=((time_s[0], time_s[half]), (time_s[half], time_s[-1])))
+    of_one, of_two = (
+        feedforward_gain_by(0.0 * wrench, missing, nominal, 0.0 * wrench).before_m_s
+        for missing in (one, runs)
+    )
+    push = 50.0 * 100 * (time_s[1] - time_s[0]) / nominal.course.mass[0]
+    assert of_one > 0.5 * push
+    assert of_two < 0.2 * push
+
+
 NAN = math.nan
 FORETOLD = Shrink(3.0, 1.04, 0.98, 0.95, 1.0)
 

@@ -149,6 +149,7 @@ def comparison(request: pytest.FixtureRequest) -> Against:
         dive_of(vehicle),
         dive_of(simulator),
         simulator.file,
+        simulator.file,
         simulator.configuration,
         effects=request.param,
         progress=lambda *_: None,

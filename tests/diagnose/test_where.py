@@ -61,7 +61,7 @@ def test_a_drag_in_surge_lies_in_surge_and_goes_with_the_speed(nominal):
     assert {share.dof for share in shares} == {"surge"}
     assert sum(share.share for share in shares) == pytest.approx(1.0)
     assert list(shares) == sorted(shares, key=lambda share: -share.share)
-    first = depends_on(missing, nominal.course, EACH)[0]
+    first = depends_on(missing, nominal, EACH)[0]
     assert (first.dof, first.variable, first.parity) == ("surge", "speed", "odd")
     assert 0.5 < first.strength <= 1.0
 
@@ -208,9 +208,20 @@ def test_a_moment_that_goes_with_the_speed_of_another_axis_goes_with_nothing_les
     course = nominal.course
     high = replace(course, altitude_m=20.0 + 0.01 * np.sin(course.since_s))
     cause = Cause(COUPLED_DAMPING, np.array([0.0, 2.0]))
-    missing = lacking(replace(nominal, course=high), cause)
-    of_yaw = [dependence for dependence in depends_on(missing, high, EACH) if dependence.dof == "yaw"]
+    in_high = replace(nominal, course=high)
+    missing = lacking(in_high, cause)
+    of_yaw = [dependence for dependence in depends_on(missing, in_high, EACH) if dependence.dof == "yaw"]
     assert [(dependence.variable, dependence.parity) for dependence in of_yaw] == [("speed", "odd")]
+
+
+def test_what_a_hulls_own_quadratic_drag_takes_up_depends_on_no_speed():
+    case = draw_case(300_933, names=["quadratic_drag"], seconds=90.0)
+    now = nominal_of(dive_of(case), damped(case.file, "quadratic"), case.configuration)
+    course, wrench = now.course, np.zeros((len(now.course.nu[::EACH]), 6))
+    nu = course.nu[::EACH, 0]
+    wrench[:, 0] = 30.0 * np.abs(nu) * nu + 0.1 * np.cos(course.euler[::EACH, 2])
+    missing = Missing(course.time_s[::EACH], wrench, 0.0 * wrench, wrench**2)
+    assert [dependence.variable for dependence in depends_on(missing, now, EACH)] == ["heading"]
 
 
 def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():

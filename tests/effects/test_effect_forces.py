@@ -116,6 +116,15 @@ def test_what_a_refit_takes_up_is_told_as_mass_and_damping(course: Made) -> None
     assert payload.damping == pytest.approx([*(0.1 * still.damping[:3]), 0, 0, 0])
 
 
+def test_a_payload_on_a_hull_with_quadratic_drag_alone_brakes_too(course: Made) -> None:
+    nu = [0.5, -0.4, 0.3, 0.2, 0.2, 0.2]
+    square = np.array([40.0, 60.0, 80.0, 3.0, 4.0, 5.0])
+    hull = replace(course(nu=nu), damping=np.zeros(6), quadratic=square)
+    payload = rigid_body.ADDED_PAYLOAD.act(hull, np.array([7.2]))
+    assert payload.quadratic == pytest.approx([4.0, 6.0, 8.0, 0, 0, 0])
+    assert payload.wrench[-1] == pytest.approx([-4.0 * 0.25, 6.0 * 0.16, -8.0 * 0.09, 0, 0, 0])
+
+
 def carried(course: Course, first: np.ndarray) -> np.ndarray:
     """Force that a mass on an arm needs beyond one at the origin, from a point's acceleration."""
     velocity, omega = course.nu[-1, :3], course.nu[-1, 3:]

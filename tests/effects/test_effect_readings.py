@@ -50,6 +50,17 @@ def test_a_late_dvl_reads_what_the_speed_was(course: Made) -> None:
     assert result[0] == pytest.approx([0, 0, 0])
 
 
+@pytest.mark.parametrize("delay_s", [0.15, -0.15])
+def test_a_late_dvl_reads_no_speed_of_another_run(course: Made, delay_s: float) -> None:
+    """Two runs at steady speeds, 2 m/s apart: between them the course is made up."""
+    rate = np.zeros((400, 6))
+    rate[180:220, 0] = 1.0
+    one = course(nu_dot=rate)
+    runs = replace(one, runs_s=((one.time_s[0], one.time_s[180]), (one.time_s[220], one.time_s[-1])))
+    assert sensors.DVL_DELAY.act(one, np.array([delay_s])).velocity.any()
+    assert not sensors.DVL_DELAY.act(runs, np.array([delay_s])).velocity.any()
+
+
 def test_a_tilted_accelerometer_reads_the_turned_force_to_first_order(rich_course: Course) -> None:
     small = np.array([1e-6, -2e-6])
     result = sensors.IMU_GRAVITY_LEAK.act(rich_course, small).specific_force

@@ -156,3 +156,13 @@ def test_a_current_and_a_buoyancy_add_to_what_is_there(model):
     changed = with_effects(model, (current, lighter), EFFECTS)
     assert changed.current_m_s == (0.1, -0.2, 0.0)
     assert changed.net_buoyancy_n == model.net_buoyancy_n + 2.0
+
+
+@pytest.mark.parametrize(("form", "said"), [("of first order", 0), ("in two stages", 1)])
+def test_a_lag_of_another_form_is_written_as_one_as_late_with_a_word(model, form, said):
+    lag = AcceptedEffect("thruster_lag", f"thruster_lag ({form})", {"time_constant": 0.3})
+    slow = with_effects(model, (lag,), EFFECTS)
+    assert (slow.lag_s, slow.unheld) == (0.3, ())
+    notes = export(slow, "stonefish").notes[len(model.notes) :]
+    assert len(notes) == said
+    assert all("accepted in two stages" in note and "0.3 s" in note for note in notes)

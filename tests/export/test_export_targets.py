@@ -11,8 +11,7 @@ import pytest
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.dynamics import restoring
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.export import stonefish
-from identify.export.model import model_of
+from identify.export.model import DRAG_SPEED_M_S, model_of
 from identify.export.targets import TARGETS, export
 
 TO_FLU = np.diag([1.0, -1.0, -1.0])
@@ -157,7 +156,7 @@ def test_stonefishs_cube_brakes_as_the_model_does_along_each_axis(rich):
     viscous, quadratic = (
         floats(hull.find("hydrodynamics").get(f"{name}_drag")) for name in ("viscous", "quadratic")
     )
-    speed = stonefish.DRAG_SPEED_M_S
+    speed = DRAG_SPEED_M_S
     skin = rich.density_kg_m3 * viscous * 4 * face * speed
     meeting = rich.density_kg_m3 / 2 * quadratic * face * speed**3
     assert skin == pytest.approx(np.array(rich.linear[:3]) * speed)
@@ -216,8 +215,10 @@ def test_ardusubs_own_submarine_gets_its_coefficients_from_its_own_formula(rich)
     area = math.pi / 4 * (4 / 3 * math.pi * 0.2**3 * 3 / 4) ** (2 / 3)
     drag = [1023.6 * area / 2 * c for c in data["linear_drag_coefficient"]]
     turning = [1000.0 * area / 2 * 0.2 * c for c in data["angular_drag_coefficient"]]
-    assert drag == pytest.approx(rich.quadratic[:3])
-    assert turning == pytest.approx(rich.quadratic[3:])
+    # It has no linear drag: at 0.5 m/s and rad/s all of it is right.
+    whole = [q + 2.0 * linear for q, linear in zip(rich.quadratic, rich.linear, strict=True)]
+    assert drag == pytest.approx(whole[:3])
+    assert turning == pytest.approx(whole[3:])
     assert data["weight"] == data["mass"] == rich.mean_mass_kg
     assert data["thrust"] == rich.curve[-1][1]
 
@@ -262,8 +263,9 @@ def test_an_unknown_mass_is_no_part_of_the_one_mass_for_all_directions(planar):
 
 def test_ardusubs_own_submarine_keeps_its_drag_where_none_is_known(planar):
     data = json.loads(export(planar, "ardusub-json").text)
-    assert data["frame_property"]["linear_drag_coefficient"] == [0.0, 0.0, 2.0]
-    assert data["frame_property"]["angular_drag_coefficient"] == [1.05, 1.05, 0.0]
+    along, about = (data["frame_property"][f"{way}_drag_coefficient"] for way in ("linear", "angular"))
+    assert (along[2], about[:2]) == (2.0, [1.05, 1.05])
+    assert min(*along, *about) > 0
     assert data["plant"]["unknown"] == ["M_w", "I_p", "I_q", "D_w", "D_p", "D_q"]
 
 

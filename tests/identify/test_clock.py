@@ -135,3 +135,18 @@ def test_a_time_of_day_of_whole_seconds_is_spread_over_them(tmp_path):
     rows = "".join(f"{stamp},{k}.5\n" for stamp in (202458, 202459, 202500, 202501) for k in range(4))
     dive = dive_of(tmp_path, f"t,z\n{rows}", "hhmmss")
     assert np.diff(dive.depth.time_s) == pytest.approx(np.full(15, 0.25))
+
+
+def test_a_stamp_that_is_no_time_of_day_costs_its_row_alone(tmp_path):
+    stamps = [202400 + k for k in range(60)] + [202500 + k for k in range(60)]
+    stamps[70] = 126061
+    dive = dive_of(tmp_path, "t,z\n" + "".join(f"{t},{k}.5\n" for k, t in enumerate(stamps)), "hhmmss")
+    assert dive.depth.value[:, 0].tolist() == [k + 0.5 for k in range(120) if k != 70]
+    assert "Times that are no time of day, first 126061: 1 row was left out." in dive.notes
+
+
+def test_a_clock_of_which_many_stamps_are_no_time_of_day_is_another():
+    stamps = np.array([202400.0 + k for k in range(60)])
+    assert np.count_nonzero(np.isnan(of_day_s(np.where(np.arange(60) < 3, 126061, stamps)))) == 3
+    with pytest.raises(ValueError, match="126061"):
+        of_day_s(np.where(np.arange(60) < 4, 126061, stamps))

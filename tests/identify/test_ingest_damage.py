@@ -5,6 +5,7 @@ import math
 import random
 from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -33,7 +34,8 @@ from bridge.wire.framing import CRC_EXTRA, Encoder
 from bridge.wire.redaction import KEY_AT, SETUP_SIGNING
 from bridge.wire.tlog import TlogReader
 from identify.ingest.mavlink.frames import Fields, load_frames, locate, message_id
-from identify.ingest.open import MAPPED, read_dive, read_streams
+from identify.ingest.open import MAPPED, date_of, read_dive, read_streams
+from identify.run.recordings import stray_bytes
 
 
 @pytest.mark.parametrize("name", ["dive.tlog.gz", "dive.tlog"])
@@ -230,11 +232,26 @@ def test_a_folder_of_tables_says_to_name_one_and_what_takes_all(tmp_path: Path) 
         read_streams(tmp_path)
 
 
-def test_a_folder_of_several_dives_is_not_taken_for_one(tmp_path: Path) -> None:
-    for name in ("dive.tlog", "check.tlog"):
+@pytest.mark.parametrize("ending", ["tlog", "TLOG", "Tlog.GZ"])
+def test_a_folder_of_several_dives_is_not_taken_for_one(tmp_path: Path, ending: str) -> None:
+    for name in ("dive.tlog", f"check.{ending}"):
         write(tmp_path / name, recording(contract_dive(1)))
-    with pytest.raises(LogError, match=r"several recordings \(check.tlog, dive.tlog\)"):
+    with pytest.raises(LogError, match=rf"several recordings \(check.{ending}, dive.tlog\)"):
         read_dive(tmp_path)
+
+
+def test_a_recording_whose_ending_is_in_capitals_is_read_and_dated_like_any(tmp_path: Path) -> None:
+    places = [tmp_path / "small.tlog", tmp_path / "DIVES" / "BIG.TLOG"]
+    for place in places:
+        place.parent.mkdir(exist_ok=True)
+        write(place, recording(contract_dive()) + b"junk")
+    small, big = (read_dive(place) for place in (places[0], places[1].parent))
+    assert (big.counts, read_dive(places[1]).name) == (small.counts, "BIG")
+    undated = [replace(dive, unix_at_boot_s=None) for dive in (small, big)]
+    assert date_of(undated[0]) == date_of(undated[1])
+    assert stray_bytes(places[1].parent).removeprefix("DIVES/BIG.TLOG") == stray_bytes(
+        places[0]
+    ).removeprefix("small.tlog")
 
 
 def test_what_a_recording_lacks_is_said(tmp_path: Path) -> None:

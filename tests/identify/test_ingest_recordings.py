@@ -101,6 +101,20 @@ def test_a_dive_folder_joins_its_recordings(tmp_path: Path) -> None:
     assert dive.name == "2026-11-20T0912Z-hovering"
 
 
+def test_of_two_sounders_that_look_down_the_first_tells_the_altitude(tmp_path: Path) -> None:
+    stamped: list[Stamped] = list(contract_dive())
+    for k in range(20):
+        for number in (0, 1):
+            cm = 400 + 100 * number
+            sounder = mav.MAVLink_distance_sensor_message(
+                100 * k + 10 * number, 20, 5000, cm, 1, number, 25, 255
+            )
+            stamped.append((0.1 * k + 0.01 * number, 1, 1, sounder))
+    stamped.sort(key=lambda each: each[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert dive.altitude.value[:, 0].tolist() == [4.0] * 20
+
+
 def test_a_dive_made_elsewhere_is_read_whole() -> None:
     dive = read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
     assert dive.counts["records"] == 102337
@@ -284,7 +298,7 @@ def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drift
 
 
 MAGIC = b"\xa3\x95"
-ATT, RCOU, IMU, ARM, RFND, BAT = 1, 2, 3, 4, 5, 6
+ATT, RCOU, IMU, ARM, RFND, BAT, GPS = 1, 2, 3, 4, 5, 6, 7
 
 
 def form(kind: int, name: str, letters: str, columns: str, size: int) -> bytes:
@@ -361,6 +375,40 @@ def test_the_voltage_is_that_of_the_first_battery_of_several(tmp_path: Path, ins
     path = tmp_path / "dive.BIN"
     path.write_bytes(data)
     assert read_dive(path).voltage.value[:, 0].tolist() == [15.5] * 20
+
+
+def records(kind: int, name: str, letters: str, columns: str, layout: str, rows: list[tuple]) -> bytes:
+    """A format and records of it, 50 ms apart."""
+    data = form(kind, name, letters, columns, struct.calcsize(layout))
+    for k, row in enumerate(rows):
+        data += MAGIC + bytes([kind]) + struct.pack(layout, 2_000_000 + 50_000 * k, *row)
+    return data
+
+
+def test_the_altitude_is_that_of_the_first_sounder_that_looks_down(tmp_path: Path) -> None:
+    """The first sounder looks ahead, and two look down: one from the bow, one from the stern."""
+    rows = [(number, 3.0 + number, 4, 0 if number == 0 else 25) for _ in range(20) for number in range(3)]
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(
+        log() + records(RFND, "RFND", "QBfBB", "TimeUS,Instance,Dist,Stat,Orient", "<QBfBB", rows)
+    )
+    assert read_dive(path).altitude.value[:, 0].tolist() == [4.0] * 20
+
+
+@pytest.mark.parametrize(("first", "expected"), [(3, 47.1), (0, 47.2)])
+def test_fixes_are_those_of_the_first_receiver_that_has_any(
+    tmp_path: Path, first: int, expected: float
+) -> None:
+    rows = [
+        (number, status, 471_000_000 + 1_000_000 * number, 80_000_000, 0.5, 90.0)
+        for _ in range(20)
+        for number, status in ((0, first), (1, 3))
+    ]
+    path = tmp_path / "dive.BIN"
+    path.write_bytes(
+        log() + records(GPS, "GPS", "QBBLLff", "TimeUS,I,Status,Lat,Lng,Spd,GCrs", "<QBBiiff", rows)
+    )
+    assert read_dive(path).gnss.value[:, 0] == pytest.approx([expected] * 20)
 
 
 def test_a_damaged_stretch_is_skipped_and_counted(tmp_path: Path) -> None:

@@ -91,6 +91,36 @@ def test_a_feed_forward_that_asks_for_what_the_motion_takes_is_a_go_however_late
     assert raising.sentence.endswith("to both (seatrial ff both, in the app Ctrl-U).")
 
 
+def test_commands_whose_times_come_twice_are_judged_as_those_that_come_once():
+    dive = flown(Mode.SHADOW)
+    commanded = Signal(np.repeat(dive.tau_cmd.time_s, 2), np.repeat(dive.tau_cmd.value, 2, axis=0))
+    assert judged(replace(dive, tau_cmd=commanded)) == judged(dive)
+
+
+def without(signal, column):
+    value = signal.value.copy()
+    value[:, column] = np.nan
+    return Signal(signal.time_s, value)
+
+
+def test_what_was_never_read_of_roll_pitch_and_heave_leaves_the_other_axes_judged():
+    dive = flown(Mode.SHADOW)
+    rolls, heaves = without(dive.gyro, 0), without(dive.velocity, 2)
+    for less in (replace(dive, gyro=rolls), replace(dive, velocity=heaves)):
+        assert [(c.quantity, c.passed) for c in judged(less).criteria] == [
+            (c.quantity, c.passed) for c in judged(dive).criteria
+        ]
+
+
+def test_an_axis_whose_speed_was_never_read_is_not_known():
+    dive = flown(Mode.SHADOW)
+    raising = judged(replace(dive, velocity=without(dive.velocity, 0)))
+    assert raising.go
+    assert [c.words for c in raising.criteria if c.passed is None] == [
+        "no speed was measured there: nothing is known of it"
+    ]
+
+
 def test_the_pids_force_shows_mass_and_damping_as_they_are():
     words = {criterion.quantity: criterion.words for criterion in judged(flown(Mode.SHADOW)).criteria}
     # The lever arm of the DVL turns a yaw rate into a little sway, and the filter rounds the corners: three digits.

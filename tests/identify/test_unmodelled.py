@@ -259,6 +259,16 @@ def test_a_swing_in_white_noise_has_its_period_and_white_noise_has_none():
     assert peak_of(time_s[:150], noise[0, :150]).score == 0.0
 
 
+def test_a_swing_has_its_period_though_the_readings_pause():
+    """The DVL loses the bottom for a third of the dive: its readings stand in two halves."""
+    whole_s = np.arange(3000) / 10.0
+    time_s = whole_s[(whole_s < 90.0) | (whole_s > 190.0)]
+    noise = np.random.default_rng(2).normal(size=len(time_s))
+    peak = peak_of(time_s, noise + 0.4 * np.sin(2 * np.pi * time_s / PERIOD_S))
+    assert peak.score > 8.0
+    assert peak.period_s == pytest.approx(PERIOD_S, rel=PERIOD_S / 300.0)
+
+
 def test_axes_of_a_kind_share_a_doubt_and_quadratic_damping_is_doubted_where_it_is_fitted():
     shape = np.zeros(3)
     lacking = [

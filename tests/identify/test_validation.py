@@ -10,7 +10,7 @@ import pytest
 
 from bridge.vehicle.references import DoubleS
 from identify.dive import Dive, Signal
-from identify.validation.tracking import PHASES, compare, phases, tracking_errors
+from identify.validation.tracking import PHASES, compare, phases, tracking_errors, with_slopes
 from identify.validation.tracking_curves import Followed, followed
 
 RATE_HZ = 20.0
@@ -57,6 +57,39 @@ def test_a_constant_error_is_found_in_every_phase_and_where_bottom_lock_is_lost(
     value[::3] = np.nan
     without_lock = replace(whole, velocity=Signal(whole.velocity.time_s, value))
     assert tracking_errors(without_lock).axis("surge").overall == pytest.approx(0.02)
+
+
+def test_readings_whose_times_come_twice_have_the_errors_of_those_that_come_once():
+    once = dive(offset_m_s=0.02)
+    twice = {
+        name: Signal(np.repeat(signal.time_s, 2), np.repeat(signal.value, 2, axis=0))
+        for name, signal in once.signals().items()
+    }
+    (surge,), (of_twice,) = (tracking_errors(each).axes for each in (once, replace(once, **twice)))
+    assert of_twice.phase("Overall") == pytest.approx(surge.phase("Overall"))
+    assert of_twice.noise == pytest.approx(surge.noise, abs=1e-9)
+
+
+@pytest.mark.parametrize("unknown", [1, 2])
+def test_a_rate_of_turn_that_was_never_read_is_taken_for_none_at_the_dvl(unknown):
+    whole = dive(offset_m_s=0.02)
+    rates = whole.gyro.value.copy()
+    rates[:, unknown] = np.nan
+    yawing = replace(whole, gyro=Signal(whole.gyro.time_s, rates))
+    assert tracking_errors(yawing, (0.1, 0.2, 0.3)).axis("surge").overall == pytest.approx(0.02)
+
+
+def test_of_a_reference_that_states_no_derivative_the_phases_are_those_of_its_differences():
+    whole = dive()
+    value = whole.nu_ref.value.copy()
+    value[:, 6] = np.nan
+    stated, by_differences = (
+        phases(each.nu_ref.value[:, 0], each.nu_ref.value[:, 6])
+        for each in (whole, with_slopes(replace(whole, nu_ref=Signal(whole.nu_ref.time_s, value))))
+    )
+    for name in ("acceleration", "steady", "deceleration"):
+        assert np.count_nonzero(getattr(stated, name) ^ getattr(by_differences, name)) <= 4
+    assert with_slopes(whole) is whole
 
 
 def test_phases_follow_the_reference_derivative():

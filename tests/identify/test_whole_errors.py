@@ -62,6 +62,18 @@ def test_every_axis_is_measured_all_the_time_and_also_where_it_is_not_asked_to_m
     assert (by_axis["surge"].unit, by_axis["yaw"].unit) == ("m/s", "rad/s")
 
 
+def test_a_rest_within_the_mission_is_told_as_rest_and_apart_from_the_mission():
+    first, then = (held({0: 0.010}, rest={0: 0.050}, seconds=160.0) for _ in range(2))
+    twice = {
+        name: Signal(np.append(a.time_s, 160.0 + b.time_s), np.vstack([a.value, b.value]))
+        for name, a in first.signals().items()
+        for b in (then.signals()[name],)
+    }
+    surge = of(replace(first, **twice))["surge"]
+    assert surge.rms == pytest.approx(0.010, rel=0.05)
+    assert surge.rest == pytest.approx(0.050, rel=0.05)
+
+
 def test_an_axis_that_was_asked_to_move_a_moment_ago_still_comes_to_rest():
     dive = held({})
     reference = dive.nu_ref.value.copy()

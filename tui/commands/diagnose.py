@@ -77,6 +77,7 @@ def run(arguments: argparse.Namespace) -> int:
             reading.file,
             configuration,
             check=check.dive if check else None,
+            check_file=check.file if check else None,
             without=(*(arguments.without or ()), *impossible),
             before=before,
             notes=[f"{remark}." for remark in (*remarks, *why)],
@@ -169,19 +170,26 @@ def run_against(arguments: argparse.Namespace) -> int:
         raise type(error)(f"the simulator's {error}") from None
     real, sim = reading.dive, of_sim.dive
     configuration = configuration_of_both(real, sim, file)
-    for each in (real, sim):
-        if repeats(each, reading.file, configuration):
+    for each in (reading, of_sim):
+        if repeats(each.dive, each.file, configuration):
             raise FitError(
                 "its runs go from rest into one steady push, which tells no model to hold against a simulator's; give "
                 "runs with several speeds, or judge these by accepted ones with --accepted",
-                of=each.source,
+                of=each.dive.source,
             )
     impossible, why = ruled_out(places)
     without = (*(arguments.without or ()), *impossible)
     with show.progress(f"{real.name} against {sim.name}") as tell:
         effects = effects_without(without, configuration, file) if without else None
-        gap = against.against(real, sim, reading.file, configuration, effects=effects, progress=tell)
-    remarks = [*reading.remarks, *filter(None, map(stray_bytes, (*places, *of_simulator))), *why]
+        gap = against.against(
+            real, sim, reading.file, of_sim.file, configuration, effects=effects, progress=tell
+        )
+    remarks = [
+        *reading.remarks,
+        *of_sim.remarks,
+        *filter(None, map(stray_bytes, (*places, *of_simulator))),
+        *why,
+    ]
     notes = (*(f"{remark}." for remark in remarks), *gap.vehicle.notes)
     gap = replace(gap, vehicle=replace(gap.vehicle, notes=notes))
     # Files first: the reader of the table may close the pipe before its end.

@@ -9,7 +9,6 @@ from bridge import exit_codes
 from bridge.files import size_to_read
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.ingest.open import read_dive
 from identify.planning.knowledge import Knowledge
 from identify.planning.limits import START_DEPTH_M, Limits, Tank
 from identify.planning.propose import Proposal
@@ -25,11 +24,13 @@ from identify.planning.writing import (
 )
 from identify.progress import Steps
 from identify.run.plan import after_dive, after_identification, before_dives, plan
+from identify.run.recordings import read
 from identify.statistics import Z95
 from tui import show
 from tui.accepted_priors import AGEING
 from tui.files import Files
 from tui.parameter_files import read_json
+from tui.recordings import recording_at
 from tui.show import Table
 from tui.verbs import AXES
 
@@ -42,7 +43,7 @@ def run(arguments: argparse.Namespace) -> int:
     limits = Limits(arguments.space, arguments.speed, depth_space_m=arguments.depth_space)
     dofs = [AXES[axis] for axis in AXES if axis in arguments.axes]
     with show.steps("plan") as progress:
-        tank = _tank(file, arguments.after, arguments.columns, progress)
+        tank, changes = _tank(file, arguments.after, arguments.columns, progress)
         aim = (arguments.to or 0.0) / 100 / Z95
         planned = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aim)
     proposal, knowledge, configuration = planned.proposal, tank.knowledge, tank.configuration_name
@@ -58,7 +59,9 @@ def run(arguments: argparse.Namespace) -> int:
         kept = files.text(Path(arguments.out), text)
         marked = legend(proposal, knowledge)
         remarks = tuple(
-            dict.fromkeys((*marked, room(limits), *joint(proposal, arguments.after), *notes(knowledge)))
+            dict.fromkeys(
+                (*marked, room(limits), *joint(proposal, arguments.after), *changes, *notes(knowledge))
+            )
         )
         mission = arguments.out if kept else None
         files.json(
@@ -76,15 +79,18 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _tank(file: VehicleFile, source: str | None, columns: str | None, progress: Steps) -> Tank:
-    """The vehicle with all that is known after `source`, a dive or the identification of one; None for no dive."""
+def _tank(
+    file: VehicleFile, source: str | None, columns: str | None, progress: Steps
+) -> tuple[Tank, tuple[str, ...]]:
+    """The vehicle with all that is known after `source`, a dive or the identification of one; None for no dive. And how
+    the conditions of that dive change its file, in sentences: the next is taken to be made under the same."""
     if source is None:
-        return before_dives(file)
+        return before_dives(file), ()
     if Path(source).suffix == JSON_SUFFIX:
-        return after_identification(read_json(Path(source)), file, source)
-    return after_dive(
-        read_dive(Path(source), Path(columns) if columns else None, file), file, source, progress
-    )
+        return after_identification(read_json(Path(source)), file, source), ()
+    reading = read(recording_at(Path(source)), file, Path(columns) if columns else None)
+    tank = after_dive(reading.dive, reading.file, source, progress)
+    return tank, tuple(f"{remark}." for remark in reading.remarks)
 
 
 def check_plan(path: str) -> None:

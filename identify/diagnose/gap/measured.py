@@ -138,7 +138,7 @@ def gap_of(explanation: Explanation, measured: Measured, causes: Sequence[Findin
         {DOFS[dof]: float(missing.force()[dof]) if dof in fitted else np.nan for dof in range(6)},
         shares_of(power, phases),
         slices_of(power, now.course, EACH),
-        depends_on(missing, now.course, EACH),
+        depends_on(missing, now, EACH),
         unexplained,
         shares_of(power_of_drift(drift_before[FIVE_S], missing.time_s, range(6)), phases),
         disturbance_of(now),

@@ -358,12 +358,13 @@ def drowned(disturbance: Sequence[Disturbance]) -> bool:
     return bool(driven) and min(driven) >= DROWNED
 
 
-def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence, ...]:
+def depends_on(missing: Missing, now: Nominal, every: int) -> tuple[Dependence, ...]:
     """Variables that each degree of freedom's missing force depends on, strongest first.
 
-    Strength is the share of its power explained beyond masses, linear damping and a constant, times its share of all
+    Strength is the share of its power explained beyond masses, the hull's drag and a constant, times its share of all
     missing power.
     """
+    course, quadratic = now.course, quadratic_of(now.joint, now.theta)
     power = missing.power.sum(axis=0)
     if not power.any():
         return ()
@@ -374,7 +375,9 @@ def depends_on(missing: Missing, course: Course, every: int) -> tuple[Dependence
         force = missing.wrench[:, dof]
         if not force.any():
             force = missing.wrong[:, dof]
-        plain = np.column_stack([np.ones(len(force)), course.nu[::every, dof], course.nu_dot[::every, dof]])
+        nu = course.nu[::every, dof]
+        squared = [np.abs(nu) * nu] if quadratic[dof] else []
+        plain = np.column_stack([np.ones(len(force)), nu, course.nu_dot[::every, dof], *squared])
         others = of_other_speeds(course, [k for k in range(6) if k != dof])
         return _of_axis(dof, force, plain, [*((v, p, f[::every]) for v, p, f in others), *forces])
 

@@ -105,15 +105,19 @@ def against(
     real: Dive,
     sim: Dive,
     file: VehicleFile,
+    sim_file: VehicleFile,
     configuration_name: str,
     *,
     effects: Sequence[Effect] | None = None,
     progress: Progress,
 ) -> Against:
-    """Diagnose a real dive against a simulator's recording of the same vehicle. Raises FitError as `diagnose` does."""
+    """Diagnose a real dive against a simulator's recording of the same vehicle, each by the file under its conditions.
+
+    Raises FitError as `diagnose` does.
+    """
     of_simulator = diagnose(
         sim,
-        file,
+        sim_file,
         configuration_name,
         effects=effects,
         progress=lambda share, words: progress(0.5 * share, words),

@@ -29,6 +29,7 @@ def effect_words(effect: Effect) -> str:
     """An effect's name in words, with its thruster's number if it has one, and its beginning within a dive."""
     name = of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     name = f"a change of {name}" if effect.variant == SINCE else name
+    name = f"less {name}" if effect.is_less else name
     return f"{name} from about {effect.since_s:.0f} s on" if effect.since_s else name
 
 

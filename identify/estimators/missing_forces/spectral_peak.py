@@ -32,14 +32,16 @@ class Peak:
 
 
 def peak_of(time_s: Array, white: Array) -> Peak:
-    """The clearest peak of innovations (m,) over their standard deviations, at times (m,) about evenly apart."""
-    count = len(white)
-    if count < FEWEST:
+    """The clearest peak of innovations (m,) over their standard deviations, at times (m,) about evenly apart but for
+    pauses, in which there are none."""
+    if len(white) < FEWEST:
         return Peak(0.0, SHORTEST_S)
+    white = _with_pauses(time_s, white - np.mean(white))
+    count = len(white)
     span_s = (time_s[-1] - time_s[0]) * count / (count - 1)
     # Padded to twice its length or more: half a rate apart, no peak falls between two rates.
     length = 1 << (2 * count - 1).bit_length()
-    power = np.abs(np.fft.rfft(white - np.mean(white), length)) ** 2
+    power = np.abs(np.fft.rfft(white, length)) ** 2
     rates_hz = np.arange(len(power)) * count / (length * span_s)
     finer = length // count
     apart, around = APART * finer, (APART + AROUND) * finer
@@ -55,3 +57,13 @@ def peak_of(time_s: Array, white: Array) -> Peak:
     highest = int(np.argmax(over))
     chance = np.log(len(tried)) - 2 * AROUND * np.log1p(over[highest] / (2 * AROUND))
     return Peak(float(np.sqrt(max(-2.0 * chance, 0.0))), float(1.0 / rates_hz[tried[highest]]))
+
+
+def _with_pauses(time_s: Array, white: Array) -> Array:
+    """Innovations (n,) with 0 where a pause lacks readings, at times (m,) about evenly apart but for pauses."""
+    steps_s = np.diff(time_s, prepend=time_s[0])
+    usual_s = float(np.median(steps_s[steps_s > 0]))
+    place = np.cumsum(np.maximum(np.rint(steps_s / usual_s), 1.0)).astype(np.intp) - 1
+    out = np.zeros(int(place[-1]) + 1)
+    out[place] = white
+    return out

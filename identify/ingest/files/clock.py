@@ -14,6 +14,8 @@ DAY_S: Final = 86_400.0
 LATE_S: Final = 600.0
 """No row comes later than this behind its neighbours: one from before midnight is told from a pause of half a day."""
 FEWEST_SECONDS: Final = 3
+MOST_WRONG: Final = 0.05
+"""Share of stamps that are no time of day, up to which they are damage, and beyond which the clock is another."""
 NEARLY, MOST = 0.15, 0.8
 """Seconds hold about as many rows each if MOST of them are within NEARLY of the usual number, or off by one row."""
 
@@ -47,16 +49,17 @@ def _since_midnight_s(word: str) -> float:
 
 
 def of_day_s(stamps: Array) -> Array:
-    """Time (n,) in s of stamps (n,) that write hours, minutes and seconds as one number, 202459 for 20:24:59.
+    """Time (n,) in s of stamps (n,) that write hours, minutes and seconds as one number, 202459 for 20:24:59; NaN for
+    one that is no such time.
 
-    Past midnight it runs on. Raises ValueError with the first stamp that is no such time.
+    Past midnight it runs on. Raises ValueError with the first stamp that is no such time if more than MOST_WRONG are.
     """
     hours, below = np.divmod(stamps, 10_000)
     minutes, seconds = np.divmod(below, 100)
     wrong = (hours < 0) | (hours > 23) | (minutes > 59) | (seconds >= 61)
-    if wrong.any():
+    if np.count_nonzero(wrong) > MOST_WRONG * np.count_nonzero(np.isfinite(stamps)):
         raise ValueError(f"{stamps[np.argmax(wrong)]:.10g}")
-    return _past_midnight(np.asarray(3600 * hours + 60 * minutes + seconds))
+    return _past_midnight(np.where(wrong, np.nan, 3600 * hours + 60 * minutes + seconds))
 
 
 def _past_midnight(time_s: Array) -> Array:

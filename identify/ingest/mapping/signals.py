@@ -70,6 +70,8 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
                 notes.append(
                     f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
                 )
+            if columns.time.unit == OF_DAY:
+                notes += _no_times_of_day(stream.columns[columns.time.column], clock.time_s, stream)
             time_s = _possible(clock.time_s, stream, recorded, notes)
             _refuse_anew(time_s, stream, path)
             tables[stream.name] = _rows(stream, recorded.empty, used, time_s, notes)
@@ -360,6 +362,15 @@ def _times_of_day(path: Path, column: str, stamps: Array) -> Array:
             "in the column map",
             path,
         ) from None
+
+
+def _no_times_of_day(stamps: Array, time_s: Array, stream: Stream) -> list[str]:
+    """A sentence on the stamps (n,) that became no time (n,); none without such."""
+    wrong = stamps[np.isfinite(stamps) & np.isnan(time_s)]
+    if not len(wrong):
+        return []
+    of_them = "1 row was" if len(wrong) == 1 else f"{len(wrong)} rows were"
+    return [f"Times{_of(stream)} that are no time of day, first {wrong[0]:.10g}: {of_them} left out."]
 
 
 @dataclass(frozen=True)

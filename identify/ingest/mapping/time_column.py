@@ -7,7 +7,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.ingest.files.clock import iso_s
+from identify.ingest.files.clock import MOST_WRONG, iso_s
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import ISO, OF_DAY, TimeColumn
 from identify.ingest.mapping.names import ends_in_time_unit, snake, time_unit
@@ -130,8 +130,10 @@ def _of_day(column: str) -> tuple[TimeColumn, str]:
 def _is_time_of_day(time: Array) -> bool:
     """Whether times are hours, minutes and seconds as one number, which steps from 59 to 100."""
     known = time[np.isfinite(time)]
-    sixty = (known % 100 < 60).all() and (known // 100 % 100 < 60).all()
-    return bool(sixty and (known == np.rint(known)).all() and np.isin(np.diff(known), (41, 4041)).any())
+    sixty = known[(known % 100 < 60) & (known // 100 % 100 < 60)]
+    if len(known) - len(sixty) > MOST_WRONG * len(known):
+        return False
+    return bool((sixty == np.rint(sixty)).all() and np.isin(np.diff(sixty), (41, 4041)).any())
 
 
 def _rises(time: Array) -> bool:

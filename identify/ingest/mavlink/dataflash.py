@@ -29,7 +29,7 @@ HEADER_BYTES = 3
 DEGREE = np.pi / 180
 FIX_2D = 2
 DOWNWARD, IN_RANGE = 25, 4
-BAROMETERS = range(3)
+BAROMETERS, RECEIVERS, SOUNDERS = range(3), range(2), range(10)
 FEWEST_PRESSURES = 20
 PA_PER_M = 9810.0
 RISE_OFF = 0.5
@@ -279,11 +279,16 @@ def _is_water(pressure: Signal, depth: Signal) -> bool:
 
 
 def _altitude(log: _Log) -> Signal | None:
-    """Distance to the bottom; NaN where the sounder had no echo in its range: it then stays the last one, or is 0."""
-    read = log.signal("RFND", ("Dist", "Stat"), Orient=DOWNWARD)
-    if read is None:
-        return log.signal("RFND", ("Dist",), Orient=DOWNWARD)
-    return Signal(read.time_s, np.where(read.value[:, 1:] == IN_RANGE, read.value[:, :1], np.nan))
+    """Distance to the bottom by the first sounder that looks down; NaN where it had no echo in its range: it then stays
+    the last one, or is 0."""
+    for number in SOUNDERS:
+        of = {"Orient": DOWNWARD, "Instance": number, "Inst": number}
+        read = log.signal("RFND", ("Dist", "Stat"), **of)
+        if read is not None:
+            return Signal(read.time_s, np.where(read.value[:, 1:] == IN_RANGE, read.value[:, :1], np.nan))
+        if (distance := log.signal("RFND", ("Dist",), **of)) is not None:
+            return distance
+    return None
 
 
 def _pwm(log: _Log) -> Signal | None:
@@ -307,9 +312,9 @@ def _armed(log: _Log) -> Signal | None:
 
 
 def _gnss(log: _Log) -> Signal | None:
-    fixes = log.signal("GPS", ("Lat", "Lng", "Spd", "GCrs", "Status"))
-    if fixes is None:
-        return None
-    good = fixes.value[:, 4] >= FIX_2D
-    value = fixes.value[good, :4] * np.array([1, 1, 1, DEGREE])
-    return Signal(fixes.time_s[good], value) if good.any() else None
+    """The fixes of the first receiver that has any."""
+    for number in RECEIVERS:
+        fixes = log.signal("GPS", ("Lat", "Lng", "Spd", "GCrs", "Status"), I=number)
+        if fixes is not None and (good := fixes.value[:, 4] >= FIX_2D).any():
+            return Signal(fixes.time_s[good], fixes.value[good, :4] * np.array([1, 1, 1, DEGREE]))
+    return None

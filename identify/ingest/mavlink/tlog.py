@@ -338,11 +338,13 @@ def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:
 
 
 def _altitude(batch: Batch | None) -> Signal | None:
+    """Distance to the bottom by the first of several sounders that look down."""
     if batch is None:
         return None
-    cm = batch.columns("current_distance")
+    cm, number = batch.columns("current_distance"), batch.fields["id"]
     cm[(cm[:, 0] == 0) | (cm[:, 0] > batch.fields["max_distance"])] = np.nan
-    return Signal(batch.time_s, cm * 1e-2)
+    first = number == number.min()
+    return Signal(batch.time_s[first], cm[first] * 1e-2)
 
 
 def _pack_voltage(batch: Batch | None) -> Signal | None:
