@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamError, ParamRejected
+from bridge.text import typed
 from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
@@ -248,9 +249,10 @@ def reminder(left: PastUpload, present: Mapping[str, float]) -> tuple[str, ...]:
     kind = "roll back" if left.restores else "upload"
     lines = [f"warning: the {kind} that was begun at {left.time} was never finished{_state(left, present)}"]
     if left.restores:
-        finish, undo = f"rollback {left.restores}", f"rollback {left.preimage}"
-        return (*lines, f"finish it: params {finish}; or take it back: params {undo}")
-    return (*lines, f"finish it: params upload {path_of(left.preimage, WANTED)}; or go back: params rollback")
+        finish, undo = (typed("params", "rollback", path) for path in (left.restores, left.preimage))
+        return (*lines, f"finish it: {finish}; or take it back: {undo}")
+    finish = typed("params", "upload", path_of(left.preimage, WANTED))
+    return (*lines, f"finish it: {finish}; or go back: params rollback")
 
 
 def _state(left: PastUpload, present: Mapping[str, float]) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from bridge import exit_codes
 from bridge.files import size_to_read
+from bridge.text import typed
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.ingest.open import read_dive
@@ -50,9 +51,8 @@ def run(arguments: argparse.Namespace) -> int:
     name = arguments.vehicle.removesuffix(f":{configuration}")
     # A vehicle without sensors dives in no simulation.
     simulated = file.vehicle.sensors.present()
-    command = (
-        f"seatrial simulate --vehicle {name}:{configuration} --mission {arguments.out}" if simulated else ""
-    )
+    words = ("seatrial", "simulate", "--vehicle", f"{name}:{configuration}", "--mission", arguments.out)
+    command = typed(*words) if simulated else ""
     text = mission_text(proposal, title, command, tank)
     with Files() as files:
         kept = files.text(Path(arguments.out), text)
@@ -133,7 +133,9 @@ def joint(proposal: Proposal, after: str | None) -> tuple[str, ...]:
             "'± this dive alone' is what a file without them would give.",
         )
     source = (
-        after if Path(after).suffix == JSON_SUFFIX else f"the JSON that seatrial identify writes of {after}"
+        typed(after)
+        if Path(after).suffix == JSON_SUFFIX
+        else f"the JSON that seatrial identify writes of {after}"
     )
     mass, damping = (f"{100 * AGEING[kind]:g} %" for kind in ("mass", "damping"))
     return (
