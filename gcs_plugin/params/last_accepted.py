@@ -153,6 +153,28 @@ def ever_accepted(receipts: Path) -> list[Sidecar]:
     return [sidecar for sidecar in sidecars if sidecar is not None]
 
 
+def kept_of(receipts: Path, vehicle: str) -> list[PastUpload]:
+    """The receipts in a folder, by number, without those of other vehicles, by the name in their file; "" for all.
+
+    A receipt that does not tell whose it is counts for every vehicle.
+    """
+    kept = kept_in(receipts)
+    owners: dict[str, str] = {}
+    for upload in kept:
+        back_to = Path(upload.restores).name.removesuffix(BEFORE)
+        owners[upload.time] = owners.get(back_to, "") if upload.restores else _owner(upload)
+    return [upload for upload in kept if not vehicle or owners[upload.time] in ("", vehicle)]
+
+
+def _owner(upload: PastUpload) -> str:
+    """Name of the vehicle that an upload's values are of; "" if unknown."""
+    for kind in (ACCEPTED, WANTED):
+        with contextlib.suppress(ParamError):
+            if (sidecar := read_sidecar(path_of(upload.preimage, kind))) is not None:
+                return sidecar.vehicle
+    return ""
+
+
 def _utc(time: str) -> str:
     """`2026-11-20T091200Z`, or with a number, as in a file's name, -> `2026-11-20T09:12:00Z`."""
     return f"{time[:13]}:{time[13:15]}:{time[15:17]}Z"
