@@ -271,6 +271,7 @@ class RecordingState:
             recorder.waiting,
             round(self._clock.unix_s() - self._recording_clock.unix_s(), 3),
             self._vehicles(recorder),
+            time.monotonic(),
         )
         try:
             write_holding(holding, second=self._other() is not None)
