@@ -123,6 +123,8 @@ def ground(text: str) -> "Ground":
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from concurrent.futures import ThreadPoolExecutor
+
     from bridge.clock import SystemClock
     from bridge.onboard.orders import Ground
     from bridge.onboard.parameters import parameters_of
@@ -157,7 +159,8 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
-    parameters = parameters_of(file, store)
+    aside = ThreadPoolExecutor(1, "store")
+    parameters = parameters_of(file, store, aside)
     if parameters.trouble:
         say_warning(parameters.trouble)
     files = files_for(arguments, clock)
@@ -218,6 +221,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         command_line.until_stopped(work, clock, arguments.seconds, each)
     finally:
+        aside.shutdown(wait=False)
         if files is not None:
             files.close()
         if ring is not None:
