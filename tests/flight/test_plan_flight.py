@@ -578,6 +578,21 @@ def test_a_vehicle_in_another_configuration_is_not_flown(capsys, monkeypatch):
     assert not vehicle.bridge.armed
 
 
+@pytest.mark.parametrize(
+    ("typed", "times"),
+    [(b"x", 1), (b"xx", 2), (b"\x1b[A", 1), (b"\x1bOP\x1b[15~x", 3), ("é".encode(), 1), (b"\x1b", 1)],
+)
+def test_every_press_of_a_key_counts_though_several_came_since_the_last_look(monkeypatch, typed, times):
+    keyboard, terminal = pty.openpty()
+    with os.fdopen(keyboard, "wb", buffering=0) as keys, os.fdopen(terminal) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        with fly.end_key() as pressed:
+            keys.write(typed)
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+            assert (pressed(), pressed()) == (times + 2, 0)
+
+
 CALIBRATE = ["calibrate", *command("--armed", "--countdown", "3")[2:]]
 
 
