@@ -8,6 +8,7 @@ import pytest
 from bridge.errors import ConfigError
 from bridge.signing.key import read_key
 from bridge.wire.whole_recording import unmerged_words
+from gcs_plugin.doctor.pulses import confirm
 from gcs_plugin.params.last_accepted import reminder
 from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.sidecar import Sidecar
@@ -22,6 +23,12 @@ WANTED = Path("our receipts/2026-11-20T091200Z-wanted.param")
 def key_in(path):
     with pytest.raises(ConfigError) as refused:
         read_key(path)
+    return str(refused.value)
+
+
+def not_confirmed(name):
+    with pytest.raises(ConfigError) as refused:
+        confirm(name, "")
     return str(refused.value)
 
 
@@ -51,6 +58,7 @@ class Proposal:
          ("seatrial", "params", "upload", "our models/a.param")),
         (lambda: joint(Proposal, "last dive/identified.json")[1],
          ("seatrial", "prior", "last dive/identified.json")),
+        (lambda: not_confirmed("our ROV"), ("--confirm", "our ROV")),
     ],
 )  # fmt: skip
 def test_a_path_with_a_space_stands_in_quotes(words, command):
