@@ -31,8 +31,8 @@ MEGABYTE: Final = 1_000_000
 TOTAL_MB: Final = 1000
 SEGMENT_MB: Final = 4
 FEWEST_SEGMENTS: Final = 4
-MOST_SEGMENT_MB: Final = 4000
-"""MAVLink FTP reaches 4 GiB into a file."""
+MOST_SEGMENT_MB: Final = 2000
+"""No more of a file is read on the ground (`bridge.wire.tlog.MOST_BYTES`); MAVLink FTP reaches 4 GiB into it."""
 NETWORK_BYTES_S: Final = 200_000.0
 SERIAL_SHARE: Final = 0.25
 """Share of a serial port's capacity; the telemetry keeps the rest."""
@@ -268,7 +268,7 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
         )
     if arguments.segment_mb > MOST_SEGMENT_MB:
         raise exit_codes.UsageError(
-            f"--segment-mb {arguments.segment_mb}: MAVLink FTP reaches no more than {MOST_SEGMENT_MB} MB into a file; "
+            f"--segment-mb {arguments.segment_mb}: no more than {MOST_SEGMENT_MB} MB of a file are read on the ground; "
             "make the files smaller"
         )
     bounds = RingSize(arguments.ring_mb * MEGABYTE, arguments.segment_mb * MEGABYTE)
