@@ -205,11 +205,12 @@ def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]
     holding = first if spec is None else next((each for each in running if holds(each, spec)), None)
     if holding is None:
         return ()
+    written_s = boot_s - holding.age_s(now_unix_s)
     heard = (
         KnownVehicle(
             (vehicle.system, vehicle.component),
             vehicle.holds,
-            boot_s - max(0.0, now_unix_s - vehicle.heard_unix_s),
+            written_s - max(0.0, holding.written_unix_s - vehicle.heard_unix_s),
             vehicle.behind,
         )
         for vehicle in holding.vehicles
