@@ -125,8 +125,8 @@ class Companion:
         return self.heard.link
 
     def beats(self, now_s: float) -> bool:
-        """Whether to send a HEARTBEAT: only while the ground beats where the companion holds the sticks and does not
-        fly; where it does not stand back, always else."""
+        """Whether to send a HEARTBEAT: not while it stands back; where it holds the sticks and does not fly only while
+        the ground beats."""
         if self._stands_back(now_s):
             return False
         heard = now_s - self._ground_s <= GROUND_WITHIN_S

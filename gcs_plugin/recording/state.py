@@ -68,11 +68,10 @@ class Holding:
     written_monotonic_s: float | None = None
 
     def age_s(self, now_unix_s: float) -> float:
-        """How long ago it was written, s: by whichever of the computer's clocks was not set meanwhile."""
-        by_date_s = abs(now_unix_s - self.written_unix_s)
+        """How long ago it was written, s: by the clock that nobody sets, where that is known."""
         if self.written_monotonic_s is None:
-            return by_date_s
-        return min(by_date_s, abs(time.monotonic() - self.written_monotonic_s))
+            return abs(now_unix_s - self.written_unix_s)
+        return abs(time.monotonic() - self.written_monotonic_s)
 
     def own_unix_s(self, now_unix_s: float) -> float:
         """Present time on the recording's clock, Unix s."""
