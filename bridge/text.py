@@ -5,6 +5,7 @@ A vehicle, a file or a name may hold characters that steer a terminal.
 
 import math
 import os
+import shlex
 import shutil
 import sys
 import textwrap
@@ -28,6 +29,11 @@ def printable(text: str, mark: str = "", keep: str = "") -> str:
 
 def _is_harmless(character: str) -> bool:
     return character.isprintable() or unicodedata.category(character) == "Zs"
+
+
+def typed(*words: object) -> str:
+    """Words of a command as a shell takes them, such as a path: in quotes where it has spaces or signs."""
+    return shlex.join(map(str, words))
 
 
 def as_clause(sentence: str) -> str:

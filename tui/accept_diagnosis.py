@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
+from bridge.text import typed
 from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, OF_HULL, QUADRATICS, effect_coefficients
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.version import installed
@@ -96,7 +97,7 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
 def _sends(path: Path, diagnosis: Diagnosis, shape: Configuration) -> str:
     """Describe the effect of uploading the file to the vehicle."""
     likely, _ = sorted_by_likelihood(diagnosis.findings)
-    upload = f"seatrial params upload {path} sends"
+    upload = f"{typed('seatrial', 'params', 'upload', path)} sends"
     by_masses = any(finding.cause.effect.feedforward == "nominal" for finding in likely)
     hull = coefficients_of_hull(shape)
     if (

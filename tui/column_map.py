@@ -2,7 +2,6 @@
 
 import argparse
 import math
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,6 +10,7 @@ from typing import Any
 from bridge import exit_codes
 from bridge.errors import LogError
 from bridge.exit_codes import UsageError
+from bridge.text import typed
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.candidates import Choice, Confidence
 from identify.ingest.mapping.map_text import FILTERED, map_text, uncertain
@@ -51,7 +51,7 @@ def propose_map(arguments: argparse.Namespace) -> int:
         raise
     show.put(console, _fitting(_table(path, proposal), console.width))
     show.say(console, *_questions(proposal), *(f"note: {note}" for note in notes))
-    mapped = f"{shlex.quote(str(path))} --columns {shlex.quote(target)}"
+    mapped = typed(path, "--columns", target)
     following = [
         f"seatrial import {mapped}",
         f"seatrial diagnose {mapped} --vehicle our.yaml --report gap.html",

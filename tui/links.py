@@ -12,6 +12,7 @@ from bridge.exit_codes import UsageError
 from bridge.links.addresses import among, of_link
 from bridge.links.link import Link
 from bridge.links.reconnecting import Aside, Reconnecting, ignore_loss
+from bridge.text import typed
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.peers import KnownVehicle
 from gcs_plugin.recording import state
@@ -204,11 +205,12 @@ def known_now(clock: Clock, spec: str | None = None) -> tuple[KnownVehicle, ...]
     holding = first if spec is None else next((each for each in running if holds(each, spec)), None)
     if holding is None:
         return ()
+    written_s = boot_s - holding.age_s(now_unix_s)
     heard = (
         KnownVehicle(
             (vehicle.system, vehicle.component),
             vehicle.holds,
-            boot_s - max(0.0, now_unix_s - vehicle.heard_unix_s),
+            written_s - max(0.0, holding.written_unix_s - vehicle.heard_unix_s),
             vehicle.behind,
         )
         for vehicle in holding.vehicles
@@ -223,7 +225,7 @@ def refuse_second(specs: Iterable[str]) -> None:
         if stuck is not None and holds(stuck, spec):
             raise LinkError(f"{spec}: {hangs(stuck)}")
         if (holding := holder_of(spec)) is not None:
-            by_name = "" if _is_first(holding) else f" with --link {spec}"
+            by_name = "" if _is_first(holding) else f" with {typed('--link', spec)}"
             raise LinkError(
                 f"{spec}: {words_of(holding)} holds it; end that one first, or leave it to it: "
                 f"params, doctor, ff and note go by way of it{by_name}"

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from bridge.errors import ParamError
+from bridge.text import typed
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.params.files import SUFFIXES
 from gcs_plugin.params.last_accepted import ever_accepted, in_force
@@ -40,7 +41,7 @@ def how_to_send(path: Path, model: Sidecar) -> str:
     """The remedy for an accepted diagnosis that was never sent."""
     return (
         f"by the receipts, what makes up for {effects_words(model.effects)} was never sent: upload it "
-        f"(seatrial params upload {_from_here(path)}, in the app Parameters), or diagnose this dive"
+        f"({typed('seatrial', 'params', 'upload', _from_here(path))}, in the app Parameters), or diagnose this dive"
     )
 
 

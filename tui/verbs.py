@@ -565,6 +565,7 @@ def _ff(options: Options) -> None:
     options.link()
     options.system("its MAVLink system, if several vehicles are heard (default of off: each of them)")
     options.yes()
+    options.switch("--disarmed", "with --yes: only if it is still disarmed; off goes to any")
     options.seconds("how long to try (default: 15; of off: until it is done)")
     options.json("the outcome")
 

@@ -59,6 +59,9 @@ HEARD_WITHIN_S: Final = 5.0
 """An autopilot that is there beats within this time of the companion's start."""
 ANOTHER: Final = "another companion speaks as this one: end one of the two"
 ANOTHER_S: Final = 3.0
+LISTENS_S: Final = 1.5
+"""For so long from its start, and from the autopilot's first heartbeat, a companion listens for another, which beats
+once a second, before it sends anything to the autopilot."""
 APPLET: Final = (
     "the applet in the autopilot adds one too: end this companion, or take the applet out without it"
 )
@@ -105,7 +108,8 @@ class Companion:
         self._leaving = False
         self._wiring: tuple[float, ...] = ()
         self._thrusters_fault = ""
-        self._first_s, self._another_s, self._strange_beats = math.nan, -math.inf, 0
+        self._first_s = self._there_s = math.nan
+        self._another_s, self._strange_beats = -math.inf, 0
         self._advised: set[str] = set()
         self._told, self._told_again_s = "", math.inf
         self._asked_s = -math.inf
@@ -121,8 +125,10 @@ class Companion:
         return self.heard.link
 
     def beats(self, now_s: float) -> bool:
-        """Whether to send a HEARTBEAT: only while the ground beats where the companion holds the sticks and does not
-        fly, always else."""
+        """Whether to send a HEARTBEAT: not while it stands back; where it holds the sticks and does not fly only while
+        the ground beats."""
+        if self._stands_back(now_s):
+            return False
         heard = now_s - self._ground_s <= GROUND_WITHIN_S
         return not self.handover.forwards or self.steering.active or heard
 
@@ -222,16 +228,21 @@ class Companion:
         return []
 
     def hear_own_address(self, is_ours: bool, now_s: float) -> None:
-        """A HEARTBEAT with the companion's own address arrived; `is_ours`: it is one of its own, come back."""
+        """A HEARTBEAT with the companion's own address arrived; `is_ours`: it is one of its own, come back.
+
+        At its start a single strange one is another companion's; later it may be one of its own that came back late.
+        """
         self._strange_beats = 0 if is_ours else self._strange_beats + 1
-        if self._strange_beats > 1:
+        if self._strange_beats > (0 if self.handover.starting else 1):
             self._another_s = now_s
 
     def step(self, now_s: float) -> list[Any]:
         """Return the messages to the autopilot that are due."""
         if math.isnan(self._first_s):
             self._first_s = now_s
-        if not self.heard.is_there(now_s):
+        if math.isnan(self._there_s) and self.heard.is_there(now_s):
+            self._there_s = now_s
+        if not self.heard.is_there(now_s) or self._stands_back(now_s):
             self._tell_trouble(now_s)
             return []
         if self.settings.complete and not self.settings.obstacle and self.settings.wiring != self._wiring:
@@ -251,6 +262,12 @@ class Companion:
             *self.handover.step(wanted, now_s, asked=asked),
         ]
 
+    def _stands_back(self, now_s: float) -> bool:
+        """Whether it has just been started and listens for another companion, or hears one: what that holds is taken
+        for what a companion that died has left, and put back, before the second heartbeat of either."""
+        listens = any(now_s - since_s < LISTENS_S for since_s in (self._first_s, self._there_s))
+        return self.handover.starting and (listens or bool(self._another(now_s)))
+
     def leave(self) -> bool:
         """Give the sticks back from now on; True once that is proven."""
         self._leaving = True
@@ -262,7 +279,8 @@ class Companion:
 
     def take_dvl(self, sample: DvlSample, navigation: Navigation, now_s: float) -> list[Any]:
         """Return the message to the autopilot of a DVL's reading."""
-        return self._deltas.take(sample, navigation) if self.heard.is_there(now_s) else []
+        sends = self.heard.is_there(now_s) and not self._stands_back(now_s)
+        return self._deltas.take(sample, navigation) if sends else []
 
     def take_samples(self) -> list[ImuSample | PressureSample]:
         """The autopilot's attitudes with rates, and pressures, since the last call, for a vehicle on which the bridge
@@ -313,17 +331,21 @@ class Companion:
 
     def obstacle(self, now_s: float) -> str:
         """Why the companion may not hold the sticks, and the way out; "" if it may."""
-        if now_s - self._another_s <= ANOTHER_S:
-            return ANOTHER
+        if another := self._another(now_s):
+            return another
         if self.heard.has_applet(now_s):
             return APPLET
         return self.settings.obstacle or self._thrusters_fault
+
+    def _another(self, now_s: float) -> str:
+        """What is said of another companion; "" where none is heard."""
+        return ANOTHER if now_s - self._another_s <= ANOTHER_S else ""
 
     def trouble(self, now_s: float) -> str:
         """Why the companion can't act, a sentence for the crew with the way out; "" if it can."""
         if not self.heard.is_there(now_s):
             return self._silence(now_s)
-        if self.settings.complete and (obstacle := self.obstacle(now_s)):
+        if obstacle := self.obstacle(now_s) if self.settings.complete else self._another(now_s):
             return f"no feed-forward: {obstacle}"
         return self.handover.trouble
 

@@ -8,6 +8,7 @@ a vehicle that flies by it.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import Executor, Future
 from enum import IntEnum
 from pathlib import Path
 from typing import Any
@@ -54,6 +55,9 @@ class ParameterServer:
     While armed, the mode can be raised only if `unproven` returns "". Otherwise it returns why the feed-forward has
     not been good in shadow, as judged by the controller (`Autopilot.unproven`). Until a controller sets it, nothing
     is proven. While disarmed the mode may be raised; it may always be lowered.
+
+    `aside`, of one thread, stores the mode for a caller whose control loop must not wait for a disk that stalls; None
+    stores it at once. A set is on the disk before its commit is answered, and is waited for.
     """
 
     def __init__(
@@ -64,6 +68,7 @@ class ParameterServer:
         hull: str = "",
         system: int = 1,
         component: int = 1,
+        aside: Executor | None = None,
     ) -> None:
         self.system = system
         self.component = component
@@ -75,6 +80,7 @@ class ParameterServer:
         self._texts = [*self._memory.texts]
         self._news: list[str] = []
         self._mode, self._is_stored = Mode(int(self._memory.mode)), False
+        self._aside, self._storing = aside or _AtOnce(), Future[None]()
         self._active = self._memory.committed
         self._staged = dict(self._active or {parameter.name: parameter.default for parameter in table})
         self._by_configuration = self._sorted_by_configuration()
@@ -156,6 +162,8 @@ class ParameterServer:
 
         After a start with a stored mode that acts, they include that the feed-forward acts once armed.
         """
+        if self._storing.done():
+            self._end_storing()
         texts, self._texts = self._texts, []
         came_up, self._came_up_acting = self._came_up_acting, False
         if came_up and self._mode.applies_feedforward:
@@ -189,7 +197,9 @@ class ParameterServer:
             return Refusal.DENIED
         self._mode = wanted
         # Switching off must work on a full disk too, so a mode takes effect even if it can't be stored.
-        self._save()
+        self._begin_storing()
+        if self._storing.done():
+            self._end_storing()
         return None
 
     def _commit(self, value: float, armed: bool) -> Refusal | None:
@@ -201,7 +211,8 @@ class ParameterServer:
             self._texts.append("FF_COMMIT refused: armed, force FF off first")
             return Refusal.DENIED
         self._active = dict(self._staged) if value else None
-        if not self._save():
+        self._begin_storing()
+        if not self._end_storing():
             self._active = before
             return Refusal.DENIED
         if self._active != before:
@@ -267,17 +278,34 @@ class ParameterServer:
                 sets.setdefault(row.veh_cfg, {})[row.coefficient] = value
         return sets
 
-    def _save(self) -> bool:
+    def _begin_storing(self) -> None:
+        self._storing = self._aside.submit(self._memory.save, float(self._mode), self._active)
+        self._is_stored = True
+
+    def _end_storing(self) -> bool:
+        """Wait until mode and set are stored; return whether they are, and tell the crew if not."""
+        storing, self._storing = self._storing, Future()
         try:
-            self._memory.save(float(self._mode), self._active)
-            self._is_stored = True
+            storing.result()
         except ParamError:
             self._texts.append("parameters can't be stored: check the disk")
             self._is_stored = False
         return self._is_stored
 
 
-def parameters_of(file: VehicleFile, store: Path | None) -> ParameterServer:
+class _AtOnce(Executor):
+    """Does its work within `submit`, for a caller that may wait."""
+
+    def submit(self, work: Callable[..., Any], /, *of: Any, **named: Any) -> Future[Any]:
+        done: Future[Any] = Future()
+        try:
+            done.set_result(work(*of, **named))
+        except ParamError as error:
+            done.set_exception(error)
+        return done
+
+
+def parameters_of(file: VehicleFile, store: Path | None, aside: Executor | None = None) -> ParameterServer:
     """Return the parameters of a vehicle file's vehicle, stored in `store`, or only in memory if that is None."""
     vehicle = file.vehicle
     return ParameterServer(
@@ -286,4 +314,5 @@ def parameters_of(file: VehicleFile, store: Path | None) -> ParameterServer:
         hull=hull_mark(vehicle, file.path.parent),
         system=vehicle.system_id,
         component=vehicle.component_id,
+        aside=aside,
     )

@@ -31,8 +31,8 @@ MEGABYTE: Final = 1_000_000
 TOTAL_MB: Final = 1000
 SEGMENT_MB: Final = 4
 FEWEST_SEGMENTS: Final = 4
-MOST_SEGMENT_MB: Final = 4000
-"""MAVLink FTP reaches 4 GiB into a file."""
+MOST_SEGMENT_MB: Final = 2000
+"""No more of a file is read on the ground (`bridge.wire.tlog.MOST_BYTES`); MAVLink FTP reaches 4 GiB into it."""
 NETWORK_BYTES_S: Final = 200_000.0
 SERIAL_SHARE: Final = 0.25
 """Share of a serial port's capacity; the telemetry keeps the rest."""
@@ -123,6 +123,8 @@ def ground(text: str) -> "Ground":
 
 
 def run(arguments: argparse.Namespace) -> int:
+    from concurrent.futures import ThreadPoolExecutor
+
     from bridge.clock import SystemClock
     from bridge.onboard.orders import Ground
     from bridge.onboard.parameters import parameters_of
@@ -157,7 +159,8 @@ def run(arguments: argparse.Namespace) -> int:
     opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
-    parameters = parameters_of(file, store)
+    aside = ThreadPoolExecutor(1, "store")
+    parameters = parameters_of(file, store, aside)
     if parameters.trouble:
         say_warning(parameters.trouble)
     files = files_for(arguments, clock)
@@ -218,6 +221,7 @@ def run(arguments: argparse.Namespace) -> int:
     try:
         command_line.until_stopped(work, clock, arguments.seconds, each)
     finally:
+        aside.shutdown(wait=False)
         if files is not None:
             files.close()
         if ring is not None:
@@ -264,7 +268,7 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
         )
     if arguments.segment_mb > MOST_SEGMENT_MB:
         raise exit_codes.UsageError(
-            f"--segment-mb {arguments.segment_mb}: MAVLink FTP reaches no more than {MOST_SEGMENT_MB} MB into a file; "
+            f"--segment-mb {arguments.segment_mb}: no more than {MOST_SEGMENT_MB} MB of a file are read on the ground; "
             "make the files smaller"
         )
     bounds = RingSize(arguments.ring_mb * MEGABYTE, arguments.segment_mb * MEGABYTE)

@@ -19,6 +19,7 @@ from typing import Final
 from fastcrc.crc16 import mcrf4xx
 
 from bridge.errors import ConfigError, FrameError
+from bridge.text import typed
 from bridge.wire.framing import MAGIC_2, SIGNATURE_BYTES, SIGNED
 
 KEY_BYTES: Final = 32
@@ -80,14 +81,14 @@ def read_key(path: Path) -> SigningKey:
         descriptor = os.open(path, os.O_RDONLY)
     except OSError as error:
         raise ConfigError(
-            f"{path}: the key can't be read ({error.strerror}); make one with seatrial keys make {path}"
+            f"{path}: the key can't be read ({error.strerror}); make one with {typed('seatrial', 'keys', 'make', path)}"
         ) from None
     with os.fdopen(descriptor, "rb") as file:
         mode = stat.S_IMODE(os.fstat(file.fileno()).st_mode)
         if mode & OTHERS:
             raise ConfigError(
                 f"{path}: others can read or change this key (mode {mode:04o}); "
-                f"chmod 600 {path}, and make a new key if someone may have read it"
+                f"{typed('chmod', '600', path)}, and make a new key if someone may have read it"
             )
         text = file.read(_LONGEST)
     if not _HEX.fullmatch(text):

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import LogError
+from bridge.text import typed
 from bridge.wire.redaction import FILE_TRANSFER
 from bridge.wire.tlog import GZIP, STAMP_BYTES, load_bytes, next_record, record_of
 
@@ -66,7 +67,7 @@ def unmerged_words(folder: Path, lacking: Iterable[Path]) -> str:
     have = "has" if len(files) == 1 else "have"
     return (
         f"{names} {have} frames that {WHOLE} lacks, and these are not read: "
-        f"`seatrial merge {folder} {' '.join(map(str, files))}` adds them."
+        f"`{typed('seatrial', 'merge', folder, *files)}` adds them."
     )
 
 

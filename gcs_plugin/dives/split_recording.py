@@ -4,13 +4,20 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Final
 
 from bridge.clock import Clock, EvenClock
 from bridge.errors import LogError
 from bridge.wire.silences import way_to_mend
-from bridge.wire.tlog import TlogWriter
+from bridge.wire.tlog import STAMP_BYTES, TlogWriter
 from gcs_plugin.dives.folder import About, DiveFolder, new_folder
 from gcs_plugin.recording.recorder import DiveCounts, Recorder
+
+FULL_BYTES: Final = 2_000_000_000
+"""Of a dive's files. A reader takes no more than MOST_BYTES of a file, and refuses a larger one."""
+FULL: Final = (
+    f"the dive has {FULL_BYTES / 1e9:.0f} GB, and little more is read of one: it goes on in the next dive"
+)
 
 
 @dataclass(frozen=True)
@@ -48,6 +55,7 @@ class RecordedDives:
         self._root, self._name, self._describe, self._clock = root, name, describe, EvenClock(clock)
         self.finished: list[RecordedDive] = []
         self.folder = self._new()
+        self._filled: DiveFolder | None = None
 
     def unix_s(self) -> float:
         """Current time on the clock of the recording's stamps, which follows no change of the computer's clock."""
@@ -77,6 +85,15 @@ class RecordedDives:
         except LogError:
             following.discard()
             raise
+
+    def go_on_if_full(self, recorder: Recorder, begun: Callable[[RecordedDive], None]) -> bool:
+        """Do as `go_on` does, once, where the present dive holds FULL_BYTES; return whether it does."""
+        kept = recorder.kept
+        if self._filled is self.folder or kept.bytes + STAMP_BYTES * kept.frames < FULL_BYTES:
+            return False
+        self._filled = self.folder
+        self.go_on(recorder, begun)
+        return True
 
     def end(self, count: DiveCounts) -> RecordedDive:
         """End the present dive; if nothing was heard in it, discard its folder."""

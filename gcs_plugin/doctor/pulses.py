@@ -15,7 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import Clock
 from bridge.errors import ConfigError, LinkError
 from bridge.links.link import Link
-from bridge.text import printable
+from bridge.text import printable, typed
 from bridge.vehicle.config import Configuration, Vehicle
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
 from bridge.wire.framing import Encoder, Frame, Framer, decode
@@ -304,13 +304,13 @@ class PulseRun:
         return [MotorTest(self._pulse.thruster, NEUTRAL_US, 0.0)] if running else []
 
 
-def confirm(vehicle_name: str, typed: str | None) -> None:
+def confirm(vehicle_name: str, given: str | None) -> None:
     """Allow thrusters to turn only if the vehicle's name was typed. Raises ConfigError otherwise."""
-    if typed != vehicle_name:
-        wrong = f"'{typed}' is not this vehicle's name; " if typed else ""
+    if given != vehicle_name:
+        wrong = f"'{given}' is not this vehicle's name; " if given else ""
         raise ConfigError(
             f"{wrong}the wet check turns every thruster of '{vehicle_name}' once; with the vehicle in the water "
-            f"and nobody near it, confirm by its name: --confirm {vehicle_name}"
+            f"and nobody near it, confirm by its name: {typed('--confirm', vehicle_name)}"
         )
 
 

@@ -61,7 +61,9 @@ class Switch:
     contradicts them for a longer quiet period, and `words` says so.
 
     `known` are vehicles heard before, with times on the clock of `tick`; off is sent to them at once. `was` is the mode
-    before the switch, off if unknown. Set `overruled` when another program has ordered OFF since.
+    before the switch, off if unknown. With `while_disarmed` nothing is sent before a HEARTBEAT says that the vehicle is
+    disarmed, and nothing to one that was armed meanwhile: a disarmed vehicle takes any mode, an armed one flies it. Set
+    `overruled` when another program has ordered OFF since.
     """
 
     def __init__(
@@ -70,11 +72,13 @@ class Switch:
         system: int | None = None,
         known: Iterable[KnownVehicle] = (),
         was: float = float(Mode.OFF),
+        *,
+        while_disarmed: bool = False,
     ) -> None:
         self.mode = Mode(mode)
         self.twins = ""
         self.overruled = False
-        self._was = was
+        self._was, self._while_disarmed, self._armed = was, while_disarmed, False
         self._system = system
         self._vehicles: dict[int, SwitchedVehicle] = {}
         self._now_s = 0.0
@@ -159,7 +163,7 @@ class Switch:
             self._lacking_since_s = None
         elif self._lacking_since_s is None:
             self._lacking_since_s = now_s
-        if self._gives_way:
+        if self._gives_way or (self._while_disarmed and not any(v.beating for v in self._vehicles.values())):
             return []
         return [m for vehicle in self._vehicles.values() for m in vehicle.tick(now_s, bool(self.twins))]
 
@@ -192,7 +196,10 @@ class Switch:
         elif reading.signal == "alive":
             beat = heartbeat_read(reading.values, now_s)
             if beat.is_vehicle:
-                self._of(source, now_s).on_beat(beat, source, now_s)
+                vehicle = self._of(source, now_s)
+                vehicle.on_beat(beat, source, now_s)
+                meant = vehicle is self._vehicles.get(source[0])
+                self._armed = self._armed or (beat.armed and meant and not self.sent)
 
     def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:
         if name == MODE:
@@ -212,13 +219,19 @@ class Switch:
     @property
     def _gives_way(self) -> bool:
         lowered = any(vehicle.lowered for vehicle in self._vehicles.values())
-        return self.mode is not Mode.OFF and (self.overruled or lowered)
+        return self.mode is not Mode.OFF and (self.overruled or lowered or self._armed_meanwhile)
+
+    @property
+    def _armed_meanwhile(self) -> bool:
+        return self._while_disarmed and self._armed
 
     @property
     def _way_given(self) -> str:
         raised = word_of(self.mode)
         if self.overruled:
             return f"OFF was ordered meanwhile and wins: {raised} is sent no more; look, and ask again if need be"
+        if self._armed_meanwhile:
+            return f"the vehicle was armed meanwhile: {raised} was not sent; look, and ask again"
         lowered = "; ".join(
             f"vehicle {n}: it says {word_of(v.other or 0.0)} after {word_of(self.mode if v.taken else v.was)}"
             for n, v in sorted(self._vehicles.items())

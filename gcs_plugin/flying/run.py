@@ -7,6 +7,7 @@ from typing import Final, Protocol
 
 from bridge.flight.flight import BLIND, End, State
 from bridge.flight.limits import FlightLimits
+from bridge.text import beyond
 from gcs_plugin.flying.crew import Crew
 from gcs_plugin.flying.plan import FlightPlan, Piece
 
@@ -249,10 +250,18 @@ TURNS: Final = {State.COUNTDOWN, State.RETURNING, State.HOLDING}
 """Activities that are worth a sentence when they begin."""
 
 
+def per_cent(width: float, asked: float) -> str:
+    """A width in two digits, or with as many more as it takes to read on its side of the width asked for."""
+    text = f"{100 * width:.2g}" if width < 0.995 else f"{100 * width:.0f}"
+    reads_known = float(text) <= 100 * asked + 1e-9
+    return f"{text if reads_known == (width <= asked) else beyond(100 * width, 100 * asked)} %"
+
+
 def known_so_far(widths: Widths, wanted: Wanted) -> str:
     """The live intervals in a line, each with its mark where it is known as asked."""
     shown = (
-        f"{name} ± {100 * widths[name]:.2g} %{'' if widths[name] <= wanted.width(name) else ' (not yet)'}"
+        f"{name} ± {per_cent(widths[name], wanted.width(name))}"
+        f"{'' if widths[name] <= wanted.width(name) else ' (not yet)'}"
         if math.isfinite(widths.get(name, math.inf))
         else f"{name} unknown"
         for name in wanted.names

@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import ParamRejected, SeatrialError
+from bridge.text import typed
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.params.comparison import COLUMNS
 from gcs_plugin.params.files import check_system
@@ -178,7 +179,7 @@ class Parameters:
             self._say(
                 f"to {action_of(plan.plan)} on vehicle {system}{', which is ARMED' if session.armed else ''}:"
             )
-            again = f"rollback {file} {ARMED}" if back else f"yes {plan.plan.code(armed=session.armed)}"
+            again = typed("rollback", file, ARMED) if back else f"yes {plan.plan.code(armed=session.armed)}"
             self._say(f"    seatrial params {again}")
             if back:
                 self._work = None

@@ -19,7 +19,7 @@ from bridge.links.link import memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
-from gcs_plugin.dives.split_recording import RecordedDive, RecordedDives
+from gcs_plugin.dives.split_recording import FULL, RecordedDive, RecordedDives
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
@@ -71,6 +71,11 @@ class Recording:
             self._frames.write(bytes(self._passed))
             self._passed.clear()
         self._recorder.step(0.0)
+        try:
+            if self.dives.go_on_if_full(self._recorder, self._begun):
+                self._say(FULL)
+        except LogError as error:
+            self._say(f"no next dive: {error}")
 
     def go_on(self) -> None:
         """Begin the next dive in a new folder, between two frames. Raises LogError if no folder can be made."""

@@ -139,7 +139,7 @@ class Switching:
             raise ParamRejected(
                 f"the vehicle is ARMED; to set it all the same: seatrial ff yes {mode} {ARMED}"
             )
-        self._begin(Switch(BY_WORD[mode], system, was=asked.was))
+        self._begin(Switch(BY_WORD[mode], system, was=asked.was, while_disarmed=not armed_said))
 
     def _begin(self, switch: Switch) -> None:
         self._switch, self._asked = switch, None

@@ -12,6 +12,7 @@ from bridge.errors import ConfigError, SeatrialError
 from bridge.files import clear_way, read_small, written_ns
 from bridge.plain import from_json
 from bridge.reports import ERROR, Report, read
+from bridge.text import typed
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import DiveFolder, conditions_of
 from gcs_plugin.dives.recordings import began, first_stamp_s
@@ -102,7 +103,8 @@ class Work:
         )
         self._say(f"{job.title}: {ending}, after {now_s - job.began_s:.0f} s")
         if done and self._is_new(self._left):
-            self._say(f"{'seatrial params upload' if self._of == 'identify' else 'report:'} {self._left}")
+            upload = typed("seatrial", "params", "upload", self._left)
+            self._say(upload if self._of == "identify" else f"report: {self._left}")
 
     def cancel(self) -> bool:
         """Stop the function; False if none is running."""

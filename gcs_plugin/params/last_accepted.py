@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamError, ParamRejected
+from bridge.text import typed
 from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
@@ -152,6 +153,28 @@ def ever_accepted(receipts: Path) -> list[Sidecar]:
     return [sidecar for sidecar in sidecars if sidecar is not None]
 
 
+def kept_of(receipts: Path, vehicle: str) -> list[PastUpload]:
+    """The receipts in a folder, by number, without those of other vehicles, by the name in their file; "" for all.
+
+    A receipt that does not tell whose it is counts for every vehicle.
+    """
+    kept = kept_in(receipts)
+    owners: dict[str, str] = {}
+    for upload in kept:
+        back_to = Path(upload.restores).name.removesuffix(BEFORE)
+        owners[upload.time] = owners.get(back_to, "") if upload.restores else _owner(upload)
+    return [upload for upload in kept if not vehicle or owners[upload.time] in ("", vehicle)]
+
+
+def _owner(upload: PastUpload) -> str:
+    """Name of the vehicle that an upload's values are of; "" if unknown."""
+    for kind in (ACCEPTED, WANTED):
+        with contextlib.suppress(ParamError):
+            if (sidecar := read_sidecar(path_of(upload.preimage, kind))) is not None:
+                return sidecar.vehicle
+    return ""
+
+
 def _utc(time: str) -> str:
     """`2026-11-20T091200Z`, or with a number, as in a file's name, -> `2026-11-20T09:12:00Z`."""
     return f"{time[:13]}:{time[13:15]}:{time[15:17]}Z"
@@ -248,9 +271,10 @@ def reminder(left: PastUpload, present: Mapping[str, float]) -> tuple[str, ...]:
     kind = "roll back" if left.restores else "upload"
     lines = [f"warning: the {kind} that was begun at {left.time} was never finished{_state(left, present)}"]
     if left.restores:
-        finish, undo = f"rollback {left.restores}", f"rollback {left.preimage}"
-        return (*lines, f"finish it: params {finish}; or take it back: params {undo}")
-    return (*lines, f"finish it: params upload {path_of(left.preimage, WANTED)}; or go back: params rollback")
+        finish, undo = (typed("params", "rollback", path) for path in (left.restores, left.preimage))
+        return (*lines, f"finish it: {finish}; or take it back: {undo}")
+    finish = typed("params", "upload", path_of(left.preimage, WANTED))
+    return (*lines, f"finish it: {finish}; or go back: params rollback")
 
 
 def _state(left: PastUpload, present: Mapping[str, float]) -> str:

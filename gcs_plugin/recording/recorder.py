@@ -118,6 +118,7 @@ class Recorder:
         self._disk = DiskLeft(free_bytes, lambda words: self._say("warning", words), self._boot_at_start_s)
         self._files = RecordedFiles(open_file, clock, lambda: self._disk.has_room, self._say)
         self._peers, self._next_known_s, self._crowded = Peers(), self._boot_at_start_s, set[str]()
+        self._twins = ""
         self.vehicles: tuple[KnownVehicle, ...] = ()
         self.heard = self._missed_before = 0
         self._silence = SilenceTracker()
@@ -179,6 +180,7 @@ class Recorder:
         if now_s >= self._next_known_s:
             self._next_known_s, self.vehicles = now_s + KNOWN_EVERY_S, self._peers.known(now_s)
             self._tell_crowds()
+            self._tell_twins()
         return received
 
     def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[DiveCounts], None]) -> None:
@@ -253,6 +255,13 @@ class Recorder:
                     "warning",
                     f"{link}: {CROWDED}; all is recorded; loss and age are shown only for components in the table",
                 )
+
+    def _tell_twins(self) -> None:
+        before, self._twins = self._twins, self._peers.fault()
+        if self._twins and not before:
+            self._say(
+                "warning", f"{self._twins}; what both say is mixed in this recording, and tells of neither"
+            )
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:
         return [self._keep(link, frame) for frame in link.read(timeout_s)]

@@ -5,6 +5,7 @@ A second recording, begun on other links, has a state file of its own, for progr
 
 import math
 import os
+import time
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
@@ -42,7 +43,8 @@ class Holding:
     rejected; `sign_key` is the key file, "" for none. `waiting` frames could not be written yet, for the reason
     `unwritten`, "" if all frames are in a file.
     `began_utc` is on the recording's clock, as its stamps are, which nobody sets; `set_by_s` is how far this computer's
-    clock was set ahead of it since. `vehicles` are those that an OFF must go to.
+    clock was set ahead of it since. `vehicles` are those that an OFF must go to. `written_monotonic_s` is by the clock
+    that all programs of this computer share and nobody sets, None if unknown.
     """
 
     pid: int
@@ -63,6 +65,13 @@ class Holding:
     waiting: int = 0
     set_by_s: float = 0.0
     vehicles: tuple[HeardVehicle, ...] = ()
+    written_monotonic_s: float | None = None
+
+    def age_s(self, now_unix_s: float) -> float:
+        """How long ago it was written, s: by the clock that nobody sets, where that is known."""
+        if self.written_monotonic_s is None:
+            return abs(now_unix_s - self.written_unix_s)
+        return abs(time.monotonic() - self.written_monotonic_s)
 
     def own_unix_s(self, now_unix_s: float) -> float:
         """Present time on the recording's clock, Unix s."""
@@ -103,12 +112,12 @@ def write_holding(holding: Holding, *, second: bool = False) -> None:
 
 def held(now_unix_s: float) -> Holding | None:
     """The running recording; None if its process has ended, or if its state is older than 10 s."""
-    return _living(state_file(), now_unix_s, FRESH_S)
+    return _fresh(state_file(), now_unix_s)
 
 
 def held_second(now_unix_s: float) -> list[Holding]:
     """Second recordings that run in addition to that of `held`; programs that name no link use the hub of `held`."""
-    holdings = (_living(file, now_unix_s, FRESH_S) for file in sorted(_files_of_seconds()))
+    holdings = (_fresh(file, now_unix_s) for file in sorted(_files_of_seconds()))
     return [holding for holding in holdings if holding is not None]
 
 
@@ -117,8 +126,10 @@ def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
 
     None if there is none, or if the state is older than FORGOTTEN_S.
     """
-    holding = _living(state_file(), now_unix_s, FORGOTTEN_S)
-    return holding if holding is not None and abs(now_unix_s - holding.written_unix_s) > silent_s else None
+    holding = _living(state_file())
+    if holding is None or abs(now_unix_s - holding.written_unix_s) > FORGOTTEN_S:
+        return None
+    return holding if holding.age_s(now_unix_s) > silent_s else None
 
 
 def hangs(holding: Holding) -> str:
@@ -156,14 +167,16 @@ def _files_of_seconds() -> Iterator[Path]:
     return state_file().parent.glob(_file_of_second("*").name)
 
 
-def _living(file: Path, now_unix_s: float, age_s: float) -> Holding | None:
-    """The state in the file, None if its process has ended, or if it was written more than `age_s` before or after
-    now.
-    """
+def _fresh(file: Path, now_unix_s: float) -> Holding | None:
+    """The state in the file, None if its process has ended, or if it is older than FRESH_S."""
+    holding = _living(file)
+    return holding if holding is not None and holding.age_s(now_unix_s) <= FRESH_S else None
+
+
+def _living(file: Path) -> Holding | None:
+    """The state in the file, of any age; None if its process has ended."""
     holding = _read_state(file)
-    if holding is None or abs(now_unix_s - holding.written_unix_s) > age_s or not _lives(holding.pid):
-        return None
-    return holding
+    return holding if holding is not None and _lives(holding.pid) else None
 
 
 def _read_state(file: Path) -> Holding | None:

@@ -3,6 +3,7 @@
 import socket
 import threading
 from dataclasses import replace
+from types import SimpleNamespace
 
 import pytest
 from fakes.ardusub import Ardusub
@@ -278,6 +279,22 @@ def test_two_companions_are_said_and_neither_holds_the_sticks():
     fake.run(10.0, beats, aboard, pilot)
     assert not taken(aboard)
     assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), "it is gone"
+
+
+def test_a_second_companion_started_by_mistake_takes_nothing_from_the_first(tmp_path):
+    fake, aboard, pilot = afloat({}, store=tmp_path / "first")
+    pilot.sticks["x"] = 300
+    fake.arm()
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot)
+    second = Aboard(SimpleNamespace(clock=fake.clock, aboard=fake.another_link()), store=tmp_path / "second")
+    fake.writes.clear()
+    fake.run(10.0, aboard, second, pilot)
+    assert second.companion.trouble(fake.clock.now_s) == f"no feed-forward: {ANOTHER}"
+    assert (taken(aboard), fake.armed, fake.writes) == (True, True, [])
+    assert f"no feed-forward: {ANOTHER}" in pilot.words()
+    assert not any("not read yet" in words for words in pilot.words())
+    aboard.alive = False
+    assert fake.until(lambda: fake.parameters["SYSID_MYGCS"] == 255, WAIT_S, second, pilot), "it is gone"
 
 
 def test_a_program_that_took_the_sticks_keeps_them_though_an_applet_beat_meanwhile():

@@ -3,6 +3,8 @@
 from pathlib import Path
 
 from bridge import exit_codes
+from bridge.onboard import program
+from bridge.wire.tlog import MOST_BYTES
 from tui import cli
 
 VEHICLE = str(Path(__file__).resolve().parents[1] / "data" / "vehicles" / "hovering.yaml")
@@ -19,9 +21,10 @@ def test_a_ring_of_too_few_files_is_refused_before_anything_begins(tmp_path, cap
     assert not (tmp_path / "ring").exists()
 
 
-def test_files_of_which_nobody_could_ask_for_the_end_are_refused(tmp_path, capsys):
-    assert bridge(tmp_path / "ring", "--ring-mb", "20000", "--segment-mb", "4001") == exit_codes.BAD_INPUT
-    assert "reaches no more than 4000 MB" in " ".join(capsys.readouterr().err.split())
+def test_files_that_the_ground_would_fetch_and_not_read_are_refused(tmp_path, capsys):
+    assert bridge(tmp_path / "ring", "--ring-mb", "20000", "--segment-mb", "2001") == exit_codes.BAD_INPUT
+    assert "no more than 2000 MB of a file are read" in " ".join(capsys.readouterr().err.split())
+    assert program.MOST_SEGMENT_MB * program.MEGABYTE < MOST_BYTES
 
 
 def test_a_ring_that_would_lie_in_a_file_is_refused(tmp_path, capsys):

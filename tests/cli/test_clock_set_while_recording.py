@@ -15,7 +15,10 @@ from bridge.wire.tlog import STAMP, TlogWriter, read_tlog
 from gcs_plugin.dives.folder import About
 from gcs_plugin.dives.split_recording import RecordedDives
 from gcs_plugin.recording.recorder import Recorder
+from gcs_plugin.recording.state import held, hung
+from gcs_plugin.watch.watcher import Watcher
 from tui import cli
+from tui.app.view import View
 from tui.commands import doctor
 from tui.commands.record import RecordingState
 from tui.links import known_now
@@ -65,7 +68,8 @@ def unix_s(utc):
 
 
 @days
-def test_whom_an_off_is_for_is_told_with_how_long_ago_though_the_clock_is_set(set_by_s):
+@pytest.mark.parametrize("since_s", [0, 4], ids=["just now", "a while ago"])
+def test_whom_an_off_is_for_is_told_with_how_long_ago_though_the_clock_is_set(set_by_s, since_s):
     sea = Recorded()
     for message in (
         dialect.MAVLink_heartbeat_message(dialect.MAV_TYPE_SUBMARINE, 0, 0, 0, 4, 3),
@@ -74,11 +78,26 @@ def test_whom_an_off_is_for_is_told_with_how_long_ago_though_the_clock_is_set(se
         sea._there.write(sea._vehicle.encode(message))
     sea.sails(8)
     sea.clock.unix_at_boot_s += set_by_s
-    sea.sails(4)
+    if since_s:
+        sea.sails(since_s)
     (item,) = known_now(sea.clock)
     assert (item.source, item.holds) == ((1, 1), True)
-    assert sea.clock.boot_s() - item.heard_s == pytest.approx(10.0, abs=0.01)
+    # Between two of the recording's words its age is by the computer's own clock, on which the test takes a while.
+    assert sea.clock.boot_s() - item.heard_s == pytest.approx(6.0 + since_s, abs=5.0 * (not since_s) + 0.01)
     assert known_now(sea.clock, "serial:/dev/ttyUSB0:57600") == ()
+    sea.recorder.close()
+
+
+@days
+def test_a_recording_neither_hangs_nor_ends_in_the_second_in_which_the_clock_is_set(set_by_s):
+    sea = Recorded()
+    sea.sails(5)
+    sea.clock.unix_at_boot_s += set_by_s
+    now_unix_s = sea.clock.unix_s()
+    holding = held(now_unix_s)
+    assert holding is not None
+    assert hung(now_unix_s) is None
+    assert View(Watcher(None).picture(0.0), now_unix_s, holding).records
     sea.recorder.close()
 
 

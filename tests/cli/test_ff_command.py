@@ -15,6 +15,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import exit_codes, reports
 from gcs_plugin.feedforward.off_orders import OffMarks
+from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.recording.state import HeardVehicle, state_file, write_holding
 from tui import cli
 
@@ -246,6 +247,24 @@ def test_one_that_is_armed_while_the_question_stands_gets_nothing_for_a_yes(vehi
     assert run("shadow") == exit_codes.NO
     assert "was armed meanwhile" in capsys.readouterr().err
     assert vehicle.sets == []
+
+
+@pytest.mark.parametrize("options", [("--yes", "--disarmed"), ()], ids=["agreed before", "asked here"])
+def test_one_that_is_armed_between_the_answer_and_the_sending_gets_nothing(
+    vehicle, monkeypatch, options, capsys
+):
+    vehicle.give_a_model()
+    vehicle.server.unproven = lambda: ""
+
+    def switch(*of_switch, **options):
+        vehicle.armed = True
+        return Switch(*of_switch, **options)
+
+    monkeypatch.setattr("tui.commands.ff.Switch", switch)
+    monkeypatch.setattr("sys.stdin", Terminal("yes\n"))
+    assert run("both", *options) == exit_codes.NO
+    assert vehicle.sets == []
+    assert "was armed meanwhile: both was not sent" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("word", ["ff", "both"])

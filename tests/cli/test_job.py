@@ -139,6 +139,26 @@ def test_what_was_confirmed_goes_on_without_the_app_as_in_a_browser_that_is_clos
     assert made[0].cancelled is ends
 
 
+def test_two_presses_of_the_end_key_at_once_are_passed_on_one_after_the_other(monkeypatch):
+    done = []
+
+    class Flies(AtWork):
+        def interrupt(self):
+            done.append("pressed")
+
+        def lines(self, _now_s):
+            done.append("looked")
+            self.code = 0 if len(done) > 5 else None
+            return []
+
+    presses = iter([2])
+    monkeypatch.setattr("tui.app.jobs.Job", Flies)
+    monkeypatch.setattr("tui.app.jobs.LOOK_EVERY_S", 0.0)
+    asyncio.run(work(("fly", "--armed"), lambda _: None, lambda: next(presses, 0)))
+    assert done[:4] == ["pressed", "looked", "pressed", "looked"]
+    assert done.count("pressed") == 2
+
+
 def test_cancelling_ends_the_process_and_leaves_no_file(dive, tmp_path, monkeypatch):
     started: list[subprocess.Popen[bytes]] = []
     start = subprocess.Popen

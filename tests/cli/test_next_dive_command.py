@@ -13,7 +13,7 @@ from bridge.clock import SystemClock
 from bridge.links.open import open_link
 from bridge.wire.framing import Framer
 from gcs_plugin.dives.conditions import Conditions
-from gcs_plugin.dives.folder import DiveFolder
+from gcs_plugin.dives.folder import DiveFolder, list_folders
 from gcs_plugin.recording.state import held
 from tui import cli
 
@@ -71,6 +71,24 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
     assert (data["frames"], data["earlier"][0]["frames"]) == (len(dives[1]), len(dives[0]))
     assert DiveFolder(Path(second.folder)).about().conditions == Conditions(salinity=35.0)
     assert now() is None
+
+
+def test_a_dive_goes_on_in_the_next_before_its_file_is_larger_than_any_that_is_read(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("gcs_plugin.dives.split_recording.FULL_BYTES", 500)
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
+    vehicle, out = TalkingVehicle(), tmp_path / "dives"
+    try:
+        line = ("record", "--link", vehicle.link, "--out", str(out), "--seconds", "3")
+        assert cli.main(line) == exit_codes.DONE
+    finally:
+        vehicle.close()
+    dives = [raws(folder.path / "telemetry.tlog") for folder in list_folders(out)]
+    assert len(dives) > 1
+    assert [raw for dive in dives for raw in dive] == vehicle.sent[: sum(map(len, dives))]
+    said = " ".join(capsys.readouterr().err.split())
+    assert said.count("it goes on in the next dive") == said.count("the next dive goes into")
 
 
 def test_what_to_do_must_be_said(capsys):

@@ -86,7 +86,7 @@ class Ardusub:
         self.framers = [Framer(), Framer()]
         self.encoder = Encoder(1, 1)
         self.parameters = parameters()
-        self.routes = {}
+        self.routes = set()
         self.armed, self.mode, self.dead = False, MANUAL, False
         self.sticks, self.gain = (0, 0, 500, 0), 0.5
         self.input_hold = self.roll_pitch = 0.0
@@ -106,6 +106,13 @@ class Ardusub:
         self.mygcs_s = self.pilot_s = None
         self.writes = []
         self.texts = []
+
+    def another_link(self):
+        """The program's end of one more link."""
+        near, far = memory_pair()
+        self.ends.append(near)
+        self.framers.append(Framer())
+        return far
 
     def run(self, seconds, *acts):
         """Let time pass; each of `acts` is called at every tick."""
@@ -149,17 +156,17 @@ class Ardusub:
     def hear(self, number, frame, now_s):
         message = decode(frame)
         source = (frame.system, frame.component)
-        self.routes.setdefault(source, number)
+        self.routes.add((source, number))
         system, component = getattr(message, "target_system", 0), getattr(message, "target_component", 0)
         if message.get_type() == "MANUAL_CONTROL":
             system, component = message.target, 0
         routes = [
-            (address, link) for address, link in self.routes.items()
+            (address, link) for address, link in self.routes
             if (system in (0, address[0])) and (component in (0, address[1])) and link != number
         ]  # fmt: skip
         for link in {link for _, link in routes}:
             self.ends[link].write(frame.raw)
-        known = any(address == (system, component) for address in self.routes)
+        known = any(address == (system, component) for address, _ in self.routes)
         strangers = self.quirks.executes_for_strangers and system == 1 and not known
         if system in (0, 1) and (component in (0, 1) or strangers):
             self.obey(message, frame, now_s)

@@ -337,6 +337,19 @@ def test_widths_are_half_the_interval_over_the_value_and_unknown_where_not_ident
     assert known_so_far({"M_u": 0.02}, Wanted(("M_u", "D_u"), 0.03)) == "known so far: M_u ± 2 %, D_u unknown"
 
 
+@pytest.mark.parametrize(
+    ("width", "asked", "shown"),
+    [
+        (0.012, 0.03, "1.2 %"), (0.0304, 0.03, "3.04 %"), (0.030001, 0.03, "3.01 %"), (0.03, 0.03, "3 %"),
+        (0.02951, 0.0296, "2.95 %"), (0.08, 0.03, "8 %"), (1.234, 0.03, "123 %"), (12.0, 0.03, "1200 %"),
+    ],
+)  # fmt: skip
+def test_a_width_that_is_not_yet_as_asked_never_reads_as_the_one_asked_for(width, asked, shown):
+    assert run.per_cent(width, asked) == shown
+    mark = "" if width <= asked else " (not yet)"
+    assert known_so_far({"M_u": width}, Wanted(("M_u",), asked)) == f"known so far: M_u ± {shown}{mark}"
+
+
 @pytest.fixture
 def files(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -576,6 +589,21 @@ def test_a_vehicle_in_another_configuration_is_not_flown(capsys, monkeypatch):
     assert cli.main(words) == 1
     assert "the vehicle is in configuration 1, and --vehicle names 'survey'" in capsys.readouterr().err
     assert not vehicle.bridge.armed
+
+
+@pytest.mark.parametrize(
+    ("typed", "times"),
+    [(b"x", 1), (b"xx", 2), (b"\x1b[A", 1), (b"\x1bOP\x1b[15~x", 3), ("é".encode(), 1), (b"\x1b", 1)],
+)
+def test_every_press_of_a_key_counts_though_several_came_since_the_last_look(monkeypatch, typed, times):
+    keyboard, terminal = pty.openpty()
+    with os.fdopen(keyboard, "wb", buffering=0) as keys, os.fdopen(terminal) as stdin:
+        monkeypatch.setattr("sys.stdin", stdin)
+        with fly.end_key() as pressed:
+            keys.write(typed)
+            signal.raise_signal(signal.SIGINT)
+            signal.raise_signal(signal.SIGINT)
+            assert (pressed(), pressed()) == (times + 2, 0)
 
 
 CALIBRATE = ["calibrate", *command("--armed", "--countdown", "3")[2:]]

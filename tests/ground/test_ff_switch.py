@@ -79,6 +79,19 @@ def test_a_vehicle_takes_every_mode_that_it_can(clock, mode, armed):
     assert not switch.refusal
 
 
+@pytest.mark.parametrize("armed", [False, True])
+def test_a_mode_that_was_agreed_to_for_a_disarmed_vehicle_is_sent_to_no_armed_one(clock, armed):
+    craft = Craft(clock, mode=0.0)
+    craft.armed = armed
+    craft.server.unproven = lambda: ""
+    switch = Switch(Mode.BOTH, while_disarmed=True)
+    assert drive(switch, craft, clock, 5.0) is not armed
+    assert bool(craft.sets) is not armed
+    assert switch.refusal == (
+        "the vehicle was armed meanwhile: both was not sent; look, and ask again" * armed
+    )
+
+
 def test_nothing_is_sent_before_a_vehicle_is_heard(craft, clock):
     craft.mute = True
     switch = Switch(Mode.OFF)

@@ -16,6 +16,7 @@ from gcs_plugin.params.last_accepted import (
     accepted_of,
     in_force,
     keep_accepted,
+    kept_of,
     last_accepted,
     newest_before,
     unfinished,
@@ -169,6 +170,24 @@ def test_vehicles_are_told_apart(receipts):
     receipts.keep(system=2, FF1_M_U=50.0)
     assert (receipts.accepted(1), receipts.accepted(2)) == ({"FF1_M_U": 100.0}, {"FF1_M_U": 50.0})
     assert newest_before(receipts.path, 1) == first
+
+
+def test_what_was_sent_to_another_vehicle_is_none_of_a_vehicles_receipts(receipts):
+    other = dataclasses.replace(SIDECAR, vehicle="bluerov2")
+    theirs = receipts.keep(FF1_M_U=50.0, sidecar=other)
+    ours = receipts.keep(FF1_M_U=100.0)
+    unnamed = receipts.keep(FF1_M_U=104.0, sidecar=None)
+    begun = receipts.keep(Outcome.BEGUN, FF1_M_U=51.0)
+    wanted = begun.with_name(begun.name.replace("-before.param", "-wanted.param"))
+    write_with_sidecar(wanted, {"FF1_M_U": 51.0}, (), other, 1, 1)
+    back = receipts.keep(restores=str(theirs), FF1_M_U=1.0)
+    of = {
+        name: [kept.preimage for kept in kept_of(receipts.path, name)]
+        for name in ("ruvifist", "bluerov2", "")
+    }
+    assert of["ruvifist"] == [ours, unnamed]
+    assert of["bluerov2"] == [theirs, unnamed, begun, back]
+    assert of[""] == [theirs, ours, unnamed, begun, back]
 
 
 def test_an_upload_that_was_never_finished_is_what_a_roll_back_goes_back_to(receipts):

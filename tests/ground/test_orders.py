@@ -4,6 +4,7 @@ import math
 import os
 import subprocess
 import sys
+import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -171,6 +172,13 @@ def test_one_that_tells_nothing_for_ten_seconds_holds_nothing_and_hangs_for_an_h
     write_holding(holding())
     assert held(NOW_S + age_s) == (holding() if holds else None)
     assert hung(NOW_S + age_s) == (holding() if hangs else None)
+
+
+@pytest.mark.parametrize("set_by_s", [-20.0, 0.0, 20.0])
+def test_one_that_hangs_does_so_though_the_clock_was_set_meanwhile(set_by_s):
+    write_holding(holding(written_monotonic_s=time.monotonic() - 15.0))
+    assert held(NOW_S + set_by_s) is None
+    assert hung(NOW_S + set_by_s) is not None
 
 
 def test_one_whose_process_has_gone_holds_nothing():

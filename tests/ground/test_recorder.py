@@ -47,6 +47,29 @@ def test_stamps_stay_even_when_the_wall_clock_is_set(jump_s):
     assert [stamp - start_us for stamp, _ in disk.stored()] == [n * 100_000 for n in range(1, 11)]
 
 
+@pytest.mark.parametrize("apart_s", [0.0, 500.0])
+def test_two_vehicles_under_one_id_on_a_link_each_are_said_once_to_mix_in_the_recording(apart_s):
+    links, clock, said, encoders = (
+        [FakeLink("a"), FakeLink("b")],
+        SimulatedClock(),
+        [],
+        [Encoder(1, 1), Encoder(1, 1)],
+    )
+    disk = Disk()
+    recorder = Recorder(links, disk.open, clock, disk.space, lambda notice: said.append(notice.sentence))
+    for second in range(1, 31):
+        clock.advance_to(float(second))
+        for link, encoder, begun_s in zip(links, encoders, (0.0, apart_s), strict=True):
+            boot_ms = round(1000 * (begun_s + second))
+            link.chunks.append(encoder.encode(mav.MAVLink_system_time_message(0, boot_ms)))
+        recorder.step(0.0)
+    mixed = [
+        "a and b: two vehicles beat as system 1, component 1, and both would obey; stop one, or give one another id "
+        "(system_id in its vehicle file); what both say is mixed in this recording, and tells of neither"
+    ]
+    assert said == (mixed if apart_s else [])
+
+
 def test_it_is_silent_unless_asked_to_beat():
     silent, beating = Ground(), Ground(heartbeat=GROUND_STATION)
     for _ in range(35):

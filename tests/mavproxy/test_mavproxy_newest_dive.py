@@ -11,7 +11,8 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
-from bridge.wire.framing import Encoder
+from bridge.wire.framing import Encoder, Framer
+from gcs_plugin.dives.folder import list_folders
 from gcs_plugin.recording.state import Holding, write_holding
 from gcs_plugin.watch.alarms import load_settings
 
@@ -50,6 +51,22 @@ def test_the_dive_that_another_process_records_is_refused_and_the_one_before_it_
         of_another(present).newest()
     earlier = dive("a", 1.79e9)
     assert of_another(present).newest() == earlier
+
+
+def test_mavproxys_own_recording_goes_on_in_a_next_dive_once_for_each_that_is_full(monkeypatch):
+    monkeypatch.setattr("gcs_plugin.dives.split_recording.FULL_BYTES", 100)
+    clock, said = SimulatedClock(), []
+    recorder = recordings.Recordings(clock, said.append, list, lambda: None)
+    recorder.command(["start"])
+    for _ in range(10):
+        (frame,) = Framer().feed(VEHICLE.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
+        recorder.keep(frame)
+        clock.advance_to(clock.now_s + 1.0)
+        recorder.tick()
+    recorder.stop()
+    dives = len(list_folders(Path("dives")))
+    assert dives > 2
+    assert said.count(recordings.FULL) == dives - 1
 
 
 def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_says_how_one_is_made():

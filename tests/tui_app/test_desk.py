@@ -17,7 +17,11 @@ from bridge.reports import Report
 from bridge.vehicle.config import CONFIGS
 from bridge.wire.framing import Encoder
 from gcs_plugin.dives.folder import About, DiveFolder
-from tui.app.desk import Desk, can_check, check_dives, values_of
+from gcs_plugin.params.last_accepted import keep_accepted
+from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, path_of
+from gcs_plugin.params.sidecar import Sidecar
+from gcs_plugin.params.transfer import Outcome
+from tui.app.desk import Desk, can_check, check_dives, nearest_first, values_of
 from tui.app.jobs import Jobs
 from tui.app.screens.transfer import READ, Transfer
 from tui.dive_list import VERSION, Glance, dive_folders
@@ -239,6 +243,29 @@ def test_values_of_another_vehicles_dive_are_not_proposed_for_a_vehicle(tmp_path
     assert desk.values(survey) == desk.values(other) == desk.values(None) == other / "identified.param"
     unnamed = dive(tmp_path, "2026-11-24T0800Z")
     assert Desk("ruvifist:hovering", out=tmp_path).values(unnamed) == other / "identified.param"
+
+
+def uploaded(receipts, vehicle, second):
+    """An upload of a vehicle's model, at this second."""
+    path = receipts / f"2026-11-20T0800{second:02d}Z-before.param"
+    line = Line("FF1_M_U", 1.0, 2.0, 2.0, Outcome.APPLIED, "")
+    receipt = Receipt(Outcome.APPLIED, "", 1, 1, (line,), path, None, "2026", 1.0, number=second)
+    receipts.mkdir(exist_ok=True)
+    keep_accepted(receipt, Sidecar("", "", "hovering", "likelihood", "0.1", vehicle=vehicle), True)
+    kept = path_of(path, RECEIPT)
+    kept.write_text(json.dumps(receipt.to_json()), encoding="utf-8")
+    os.utime(kept, (second, second))
+
+
+@pytest.mark.parametrize(("vehicle", "first"), [("ruvifist", "before"), ("bluerov2", "after")])
+def test_only_an_upload_to_its_own_vehicle_parts_a_dive_from_a_later_check_dive(tmp_path, vehicle, first):
+    desk = Desk("ruvifist:hovering", out=tmp_path / "dives", receipts=tmp_path / "receipts")
+    dives = {name: dive(desk.out, name) for name in ("before", "diagnosed", "after")}
+    for second, folder in zip((10, 20, 40), dives.values(), strict=True):
+        os.utime(folder / "telemetry.tlog", (second, second))
+    uploaded(desk.receipts, vehicle, 30)
+    others = (dives["before"], dives["after"])
+    assert nearest_first(desk, dives["diagnosed"], others)[0] == dives[first]
 
 
 def test_a_dive_that_names_none_or_one_that_is_gone_is_of_the_vehicle_of_the_app(tmp_path):

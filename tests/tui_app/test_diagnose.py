@@ -116,7 +116,7 @@ def test_it_is_checked_first_on_a_dive_with_the_same_values_later_before_earlier
         os.utime(tmp_path / name / "telemetry.tlog", (second, second))
     os.utime(upload, (20, 20))
     past = SimpleNamespace(preimage=upload.with_name("2026-11-20T084500Z-before.param"))
-    monkeypatch.setattr("tui.app.desk.kept_in", lambda _: [past])
+    monkeypatch.setattr("tui.app.desk.kept_of", lambda *_: [past])
     ends = [f"checked on {name};" for name in (CHECK, late, same, before, OLDER)]
     played(desk, "4", *(step for end in ends for step in (Sees(end), "c")))
 

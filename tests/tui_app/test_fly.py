@@ -9,8 +9,10 @@ from fake_verbs import FakeVerbs, desk, let_go
 from made_view import FixedViews, picture, view
 from screen_text import WIDE, Lacks, Sees, played, said
 
+from bridge.flight.limits import load_limits
 from bridge.reports import FLIGHT, SAID, Report
-from tui.app.screens.fly import FLY, mistakes
+from gcs_plugin.watch.picture import Freshness
+from tui.app.screens.fly import FLY, mistakes, now_lines
 
 LIMITS = (
     "shallowest_m: 0.3\ndeepest_m: 4\naltitude_m: 0\ndistance_m: 4\nspeed_m_s: 0.8\ntilt_deg: 25\nbattery_v: 13\n"
@@ -162,6 +164,19 @@ def test_during_the_flight_the_intervals_are_live_and_its_end_key_is_pressed_fro
     )
     steps = ("x", says("the flight is ended: it holds its place"), "x", presses(2), "1", "ctrl+f", presses(1))
     on(made, "p", flies, *seen, *steps, "ctrl+q", says("the vehicle flies; leave"), Sees("7 s left"), let_go)
+
+
+def test_a_value_just_beyond_its_limit_does_not_read_as_the_limit():
+    shown, limits = picture(), replace(load_limits(Path("limits.yaml")), altitude_m=1.0, battery_v=13.0)
+    near = {"altitude": 0.98, "voltage": 12.97}
+    traces = {
+        key: replace(trace, value=trace.value * 0 + near.get(key, 0.0), freshness=Freshness.FRESH)
+        for key, trace in shown.traces.items()
+    }
+    rows = now_lines(replace(shown, traces=traces), limits, 160)
+    words = " ".join("".join(text for text, _ in row) for row in rows)
+    assert "altitude 0.98 m, 1 at least" in words
+    assert "battery 12.97 V, 13 at least" in words
 
 
 def test_after_the_flight_its_last_words_stand_and_a_failure_too():

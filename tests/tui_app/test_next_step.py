@@ -594,8 +594,9 @@ def test_the_mode_is_typed_before_it_is_raised_and_with_armed_where_the_vehicle_
     keys = [key if key != " " else "space" for key in typed]
     steps = ["ctrl+u", lambda app: isinstance(app.screen, AskScreen), asked, *keys, "enter"]
     notices = played(place.desk, *steps, views=FixedViews(shown(0, armed)))
+    while_disarmed = ("--disarmed",) if armed is Armed.DISARMED else ()
     assert [words for words in place.verbs.words if words[0] == "ff"] == [
-        ("ff", "shadow", "--yes", "--system", "1")
+        ("ff", "shadow", "--yes", *while_disarmed, "--system", "1")
     ] * sent
     assert any("nothing was sent" in notice for notice in notices) is not sent
 
@@ -630,7 +631,7 @@ def test_a_mode_that_is_asked_about_twice_is_sent_once(place):
     answers = (*"shadow", "enter", *"shadow", "enter")
     notices = played(place.desk, *asked_twice, *answers, views=FixedViews(shown(0)))
     assert [words for words in place.verbs.words if words[0] == "ff"] == [
-        ("ff", "shadow", "--yes", "--system", "1")
+        ("ff", "shadow", "--yes", "--disarmed", "--system", "1")
     ]
     assert "not raised: a mode is on its way to the vehicle already" in notices
 

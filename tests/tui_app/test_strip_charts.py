@@ -213,3 +213,11 @@ def test_both_curves_are_seen_where_they_share_cells_and_the_reference_lies_over
     assert row == (
         ("⡉", "reference"), ("⠉⠉⠉", "accent"), ("⡉⡀", "reference"), ("┈", "rule"),
     )  # fmt: skip
+
+
+@pytest.mark.parametrize("rows", [1, 3, 6, 12])
+@pytest.mark.parametrize("value", [1e30, -1e30, 3.4e38, 1e15])
+@pytest.mark.parametrize("key", ["depth", "altitude", "u"])
+def test_a_damaged_reading_of_any_size_that_stands_still_is_drawn_like_another(key, value, rows):
+    trace = traces()[key]
+    assert len(lines_of(key, 120, rows, value=np.full_like(trace.value, value))) == rows

@@ -269,7 +269,8 @@ def test_off_of_a_vehicle_that_is_looked_at_does_not_turn_to_the_one_that_is_rec
 @pytest.mark.parametrize("named", [(), ("udpin:127.0.0.1:14550",)])
 def test_off_by_a_link_that_is_looked_at_waits_for_no_vehicle_of_a_recording_of_others(named, running):
     clock = SystemClock()
-    running(replace(HOLDING, vehicles=(HeardVehicle(7, 191, holds=True, heard_unix_s=clock.unix_s()),)))
+    heard = HeardVehicle(7, 191, holds=True, heard_unix_s=clock.unix_s())
+    running(replace(HOLDING, written_unix_s=clock.unix_s(), vehicles=(heard,)))
     goes_by = connection(*named, clock=clock)
     goes_by.station = FakeStation()
     assert goes_by.switch(()).waits_for == (7,)

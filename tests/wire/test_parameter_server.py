@@ -3,7 +3,9 @@
 import json
 import math
 import os
+import threading
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -435,6 +437,28 @@ def test_a_set_that_cannot_be_stored_is_not_active_but_switching_off_still_works
     assert target.write("FF_MODE", 0.0, True) is None
     assert target.mode == 0
     assert "parameters can't be stored: check the disk" in target.take_texts()
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_a_mode_acts_while_a_disk_that_stalls_still_stores_it(tmp_path, monkeypatch, fails):
+    path, goes_on = tmp_path / "parameters.json", threading.Event()
+    with ThreadPoolExecutor(1) as aside:
+        target = ParameterServer(path, vehicle_table(vehicle()), aside=aside)
+        target.write("FF_MODE", 1.0, False)
+        fsync = os.fsync
+
+        def stalls(file: int) -> None:
+            assert goes_on.wait(60.0)
+            if fails:
+                raise OSError(5, "Input/output error")
+            fsync(file)
+
+        aside.submit(monkeypatch.setattr, "os.fsync", stalls).result()
+        assert target.write("FF_MODE", 0.0, True) is None
+        assert (target.mode, server(path).mode, target.take_texts()) == (0, 1, [])
+        goes_on.set()
+    assert server(path).mode == fails
+    assert target.take_texts() == ["parameters can't be stored: check the disk"] * fails
 
 
 def test_a_mode_that_is_there_already_is_stored_once_and_where_that_failed_again(tmp_path):

@@ -27,6 +27,8 @@ LABEL_CELLS: Final = 14
 SHARED: Final = 4
 """Of the cells that hold both curves, each such one shows the reference."""
 WITH_GRID: Final = 4  # rows of curve from which grid lines at the ticks help
+FINEST: Final = 1e-9
+"""Least span of an axis over its values: a damaged reading may be so large that a finer step would vanish in it."""
 GAP: Final = "░"
 GRID: Final = "┈"
 
@@ -116,6 +118,7 @@ def scale_for(values: Array, least_span: float, with_zero: bool, steps: int = 4)
     """Scale that covers all finite `values`: at least `least_span`, in about `steps` steps."""
     known = values[np.isfinite(values)]
     low, high = (float(known.min()), float(known.max())) if known.size else (0.0, 0.0)
+    least_span = max(least_span, FINEST * abs(low), FINEST * abs(high))
     step = nice_step(max(high - low, least_span) / steps)
     if with_zero:
         low, high = min(low, 0.0), max(high, 0.0)

@@ -9,10 +9,12 @@ from typing import Final
 
 from bridge.errors import ConfigError, LogError
 from bridge.files import written_ns
+from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.folder import ABOUT, About, DiveFolder, list_folders, vehicle_named
 from gcs_plugin.dives.recordings import length_s, recordings
 from gcs_plugin.locks import is_being_written
-from gcs_plugin.params.receipt import RECEIPT, kept_in, path_of
+from gcs_plugin.params.last_accepted import kept_of
+from gcs_plugin.params.receipt import RECEIPT, path_of
 from tui.app.connecting import Choice, Way, ways_now
 from tui.app.diagnosis import is_contradicted
 from tui.app.jobs import Jobs, newer
@@ -190,8 +192,9 @@ def check_dives(desk: Desk, dive: Path) -> tuple[Path, ...]:
 
 def nearest_first(desk: Desk, dive: Path, others: Sequence[Path]) -> tuple[Path, ...]:
     """Dives to check a diagnosis of a dive on, the best first: flown with the values that it was flown with, then later
-    than it, then near to it in time."""
-    changed_ns = [written_ns(path_of(kept.preimage, RECEIPT)) for kept in kept_in(desk.receipts)]
+    than it, then near to it in time. Uploads to other vehicles change nothing."""
+    kept = kept_of(desk.receipts, _name_of(desk.vehicle_of(dive)))
+    changed_ns = [written_ns(path_of(upload.preimage, RECEIPT)) for upload in kept]
 
     def changes(ended_ns: int) -> int:
         return sum(change_ns < ended_ns for change_ns in changed_ns)
@@ -203,6 +206,14 @@ def nearest_first(desk: Desk, dive: Path, others: Sequence[Path]) -> tuple[Path,
         return (changes(other_ns) != changes(of_dive_ns), other_ns < of_dive_ns, abs(other_ns - of_dive_ns))
 
     return tuple(sorted(others, key=rank))
+
+
+def _name_of(vehicle: str) -> str:
+    """The name in a vehicle file; "" without one that can be read."""
+    try:
+        return load_vehicle(vehicle).vehicle.name if vehicle else ""
+    except ConfigError:
+        return ""
 
 
 def ended_ns(dive: Path) -> int:

@@ -84,8 +84,12 @@ async def work(words: Sequence[str], hear: Callable[[Report], None], pressed: Ca
         said: deque[str] = deque(maxlen=MOST_SAID)
         errors: deque[Report] = deque(maxlen=MOST_SAID)
         try:
+            presses = 0
             while job.code is None:
-                for _ in range(pressed()):
+                # One at a time: a second Ctrl-C before the first is taken would be lost.
+                presses += pressed()
+                if presses:
+                    presses -= 1
                     job.interrupt()
                 for line in job.lines(time.monotonic()):
                     report = reports.read(line)

@@ -48,15 +48,17 @@ class Modes(Recordings):
             self.notify(f"not raised: {why or BEING_SET}", severity="warning")
             return
 
+        def is_armed() -> bool:
+            return self._views.view().picture.armed is not Armed.DISARMED
+
         def asked() -> str:
-            armed = self._views.view().picture.armed is not Armed.DISARMED
-            return f"{ARMED} {mode.word.upper()}" if armed else mode.word.upper()
+            return f"{ARMED} {mode.word.upper()}" if is_armed() else mode.word.upper()
 
         def answered(typed: str | None) -> None:
             if typed is not None and (other := self._is_other(mode, view)):
                 self.notify(f"not raised: {other}", severity="warning")
             elif typed is not None and agrees(typed, asked()):
-                self._send_mode(mode, view)
+                self._send_mode(mode, view, *(() if is_armed() else ("--disarmed",)))
             elif typed is not None:
                 self.notify(f"'{typed}' is not {asked()}: nothing was sent", severity="warning")
 
@@ -103,10 +105,10 @@ class Modes(Recordings):
             return "the vehicle is another, or in another mode, since this was asked; nothing was sent, ask again"
         return ""
 
-    def _send_mode(self, mode: Mode, view: View) -> None:
-        """Set the feed-forward of the vehicle on screen."""
+    def _send_mode(self, mode: Mode, view: View, *more: str) -> None:
+        """Set the feed-forward of the vehicle on screen, with `more` options of the verb."""
         system = str(view.picture.links[0].system)
-        self.desk.jobs.start(ORDER, (ORDER, mode.word, "--yes", "--system", system, *self.desk.way))
+        self.desk.jobs.start(ORDER, (ORDER, mode.word, "--yes", *more, "--system", system, *self.desk.way))
         self._ordered = self.desk.jobs.state(ORDER)
 
     def _tell_ordered(self) -> None:

@@ -82,7 +82,7 @@ class View:
     @property
     def recorder_silent_s(self) -> float:
         """Time since the recorder last reported, s; 0 if no recording runs."""
-        return 0.0 if self.recording is None else abs(self.unix_s - self.recording.written_unix_s)
+        return 0.0 if self.recording is None else self.recording.age_s(self.unix_s)
 
     @property
     def recorder_hangs(self) -> bool:

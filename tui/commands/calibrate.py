@@ -15,6 +15,7 @@ from bridge import exit_codes
 from bridge.exit_codes import UsageError
 from bridge.flight.flight import End
 from bridge.flight.limits import FlightLimits, load_limits
+from bridge.text import typed
 from bridge.vehicle.coefficients import DAMPINGS, MASSES, YAW
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
@@ -90,11 +91,13 @@ def run(arguments: argparse.Namespace) -> int:
         "params": (*upload, *link),
         "ff": (Mode.SHADOW.word, "--yes", *link),
     }
+    diagnose = typed("seatrial", "diagnose", folder.path, "--vehicle", vehicle)
+    upload_by_hand = typed("seatrial", "params", "upload", left["--param"], "--vehicle", file.path)
     ways_out = {
-        "identify": f"nothing was uploaded, and the dive is kept in {folder.path}: see seatrial diagnose {folder.path} "
-        f"--vehicle {vehicle}, or calibrate again with more --minutes",
+        "identify": f"nothing was uploaded, and the dive is kept in {folder.path}: see {diagnose}, or calibrate again "
+        "with more --minutes",
         "params": f"the model is kept in {left['--param']}, and the vehicle has its old one: mend what it says, then "
-        f"seatrial params upload {left['--param']} --vehicle {file.path}, and seatrial ff {Mode.SHADOW.word}",
+        f"{upload_by_hand}, and seatrial ff {Mode.SHADOW.word}",
         "ff": f"the model is in the vehicle, and not in shadow: mend what it says, then seatrial ff {Mode.SHADOW.word}",
     }
     for name, words in steps.items():

@@ -11,6 +11,7 @@ from typing import Final
 from bridge import exit_codes
 from bridge.exit_codes import UsageError
 from bridge.files import replacing
+from bridge.text import typed
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import doubt_lines, doubted_in, estimates_in
@@ -89,7 +90,7 @@ def _model(given: str, vehicle: str | None, leave: Leave) -> tuple[Model, dict[s
     if not coefficients:
         raise exit_codes.UsageError(
             f"{given}: configuration '{configuration}' has no model; give the JSON of seatrial identify, with "
-            f"--vehicle {given}"
+            f"{typed('--vehicle', given)}"
         )
     return model_of(coefficients, file, configuration), {}
 

@@ -82,8 +82,8 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
     if allowed is None:
         show.say(words, "nothing was sent")
         return exit_codes.INTERRUPTED
-    system, was = allowed
-    switch = Switch(mode, system, was=was)
+    system, was, while_disarmed = allowed
+    switch = Switch(mode, system, was=was, while_disarmed=while_disarmed)
     line = SwitchLink(link, clock, switch, system, lambda sentence: show.say(words, sentence))
 
     def over() -> bool:
@@ -99,8 +99,9 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
 
 def permitted(
     mode: Mode, arguments: argparse.Namespace, link: Link, clock: Clock
-) -> tuple[int, float] | None:
-    """Return the vehicle's system and mode, or None if the user declines. Raises ParamError if it refuses the mode."""
+) -> tuple[int, float, bool] | None:
+    """Return the vehicle's system and mode, and whether that was allowed while it is disarmed alone; None if the user
+    declines. Raises ParamError if it refuses the mode."""
     client = ParameterClient(link, clock)
     system, _ = client.find_vehicle(FIND_S, arguments.system)
     present = client.read_all()
@@ -112,15 +113,15 @@ def permitted(
     if warning := caution(mode, system, present[MODE], present.get(ACTIVE), armed=client.armed):
         show.say(show.words(), warning)
     if arguments.yes:
-        return system, present[MODE]
+        return system, present[MODE], arguments.disarmed
     change = f"feed-forward of vehicle {system} from {word_of(present[MODE])} to {word_of(mode)}"
     if not client.armed:
         agreed = show.agreed(client, f"{change}?", "switch")
         if agreed and client.armed:
             raise ParamRejected(f"vehicle {system} was armed meanwhile; nothing was sent, look and ask again")
-        return (system, present[MODE]) if agreed else None
+        return (system, present[MODE], True) if agreed else None
     typed = show.asked(client, f"{change}, and it is ARMED; type {word_of(mode)} to do it: ", "switch")
-    return (system, present[MODE]) if typed == word_of(mode) else None
+    return (system, present[MODE], False) if typed == word_of(mode) else None
 
 
 class Progress:

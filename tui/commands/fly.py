@@ -7,6 +7,7 @@ import argparse
 import hashlib
 import math
 import os
+import re
 import select
 import signal
 import sys
@@ -37,8 +38,9 @@ from gcs_plugin.flying.run import Outcome, PlanFlight, Progress, Wanted
 from tui import links, show
 from tui.flight_recording import Alongside, RecordedHere, RecordedThere, recorded_crew
 
-MOST_OF_A_KEY: Final = 1024
-"""Characters read at once: more than any key sends."""
+MOST_AT_ONCE: Final = 1024
+PRESSES: Final = re.compile(rb"\x1b[\[O]?[0-?]*[ -/]*[@-~]?|[^\x1b\x80-\xbf]")
+"""The bytes of a key: an arrow or a function key sends several after ESC, and a letter beyond ASCII has several."""
 NUMBERS: Final = 1 << 22
 """Orders are numbered from a number that no other flight of these weeks used: a float32 holds it exactly."""
 
@@ -130,7 +132,7 @@ def flown(
             flight.begin(arguments.countdown)
             how = "its end was not heard"
             while not flight.over:
-                if pressed():
+                for _ in range(pressed()):
                     flight.key()
                 flight.step()
             how = flight.outcome.words
@@ -240,8 +242,8 @@ def to_json(outcome: Outcome, wanted: Wanted) -> dict[str, Any]:
 
 
 @contextmanager
-def end_key() -> Iterator[Any]:
-    """Whether a key was pressed since the last call: any key of a terminal, and Ctrl-C of any program. The end of the
+def end_key() -> Iterator[Callable[[], int]]:
+    """How often a key was pressed since the last call: any key of a terminal, and Ctrl-C of any program. The end of the
     program that reads the progress counts as a key, for nobody has its end key any more."""
     interrupts, reader = 0, os.getppid() if reports.asked(os.environ) else None
 
@@ -252,15 +254,14 @@ def end_key() -> Iterator[Any]:
     before = signal.signal(signal.SIGINT, on_interrupt)
     terminal = _keys_at_once()
 
-    def pressed() -> bool:
+    def pressed() -> int:
         nonlocal interrupts, reader
         count, interrupts = interrupts, 0
         if reader is not None and os.getppid() != reader:
             count, reader = count + 1, None
         if terminal and select.select([sys.stdin], [], [], 0.0)[0]:
-            # All at once: an arrow or a function key is several characters, and one press.
-            count += bool(os.read(sys.stdin.fileno(), MOST_OF_A_KEY))
-        return count > 0
+            count += len(PRESSES.findall(os.read(sys.stdin.fileno(), MOST_AT_ONCE)))
+        return count
 
     try:
         yield pressed

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from bridge import exit_codes
 from bridge.files import size_to_read
+from bridge.text import typed
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.planning.knowledge import Knowledge
@@ -51,9 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
     name = arguments.vehicle.removesuffix(f":{configuration}")
     # A vehicle without sensors dives in no simulation.
     simulated = file.vehicle.sensors.present()
-    command = (
-        f"seatrial simulate --vehicle {name}:{configuration} --mission {arguments.out}" if simulated else ""
-    )
+    words = ("seatrial", "simulate", "--vehicle", f"{name}:{configuration}", "--mission", arguments.out)
+    command = typed(*words) if simulated else ""
     text = mission_text(proposal, title, command, tank)
     with Files() as files:
         kept = files.text(Path(arguments.out), text)
@@ -139,7 +139,9 @@ def joint(proposal: Proposal, after: str | None) -> tuple[str, ...]:
             "'± this dive alone' is what a file without them would give.",
         )
     source = (
-        after if Path(after).suffix == JSON_SUFFIX else f"the JSON that seatrial identify writes of {after}"
+        typed(after)
+        if Path(after).suffix == JSON_SUFFIX
+        else f"the JSON that seatrial identify writes of {after}"
     )
     mass, damping = (f"{100 * AGEING[kind]:g} %" for kind in ("mass", "damping"))
     return (

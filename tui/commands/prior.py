@@ -10,6 +10,7 @@ import yaml
 
 from bridge import exit_codes, schema
 from bridge.errors import ConfigError
+from bridge.text import typed
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import CONFIGS, Prior, Vehicle, VehicleFile, load_vehicle
 from gcs_plugin.params.files import replace_text
@@ -77,7 +78,8 @@ def _lost(names: list[str], present: dict[str, Prior], path: Path) -> str:
     return (
         f"the new values of {', '.join(names)} did not rest on the priors that they replace, so what "
         f"{' and '.join(sources)} told of them is no longer in {path}; to have both, run seatrial prior of the earlier "
-        f"identification again, then seatrial identify of this dive with --vehicle {path}, then seatrial prior of that"
+        f"identification again, then seatrial identify of this dive with {typed('--vehicle', path)}, then seatrial "
+        "prior of that"
     )
 
 

@@ -20,7 +20,7 @@ from bridge.links.secured import Opener
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.conditions import NOTHING_SAID
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, last_conditions
-from gcs_plugin.dives.split_recording import RecordedDive, RecordedDives
+from gcs_plugin.dives.split_recording import FULL, RecordedDive, RecordedDives
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.hub import Hub
@@ -134,11 +134,13 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
             kept = recorder.kept
             status.update(f"{since_s:.0f} s, {kept.frames} frames, {kept.bytes / 1e3:.0f} kB")
             asked = orders.ordered()
-            if asked is orders.Order.NEXT:
-                try:
+            try:
+                if asked is orders.Order.NEXT:
                     dives.go_on(recorder, begun)
-                except LogError as error:
-                    notice(Notice(recorder.unix_us(), "error", f"no next dive: {error}"))
+                elif dives.go_on_if_full(recorder, begun):
+                    warn(FULL)
+            except LogError as error:
+                notice(Notice(recorder.unix_us(), "error", f"no next dive: {error}"))
             return asked is orders.Order.END
 
         try:
@@ -271,6 +273,7 @@ class RecordingState:
             recorder.waiting,
             round(self._clock.unix_s() - self._recording_clock.unix_s(), 3),
             self._vehicles(recorder),
+            time.monotonic(),
         )
         try:
             write_holding(holding, second=self._other() is not None)

@@ -20,6 +20,7 @@ from bridge.flight.limits import FlightLimits, load_limits
 from bridge.reports import FLIGHT, SAID
 from bridge.schema import build
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
+from gcs_plugin.flying.run import per_cent
 from gcs_plugin.watch.picture import Picture
 from tui.app.drawing import Lines, Span, hanging, heading, number
 from tui.app.jobs import Jobs, JobState, job_lines
@@ -129,8 +130,8 @@ def now_lines(picture: Picture, limits: FlightLimits, cells: int) -> Lines:
     shown = (
         f"depth {number(depth_m, 2)} m, {limits.shallowest_m:g} to {limits.deepest_m:g}",
         f"speed {number(speed_m_s, 2)} m/s, {limits.speed_m_s:g} at most",
-        f"altitude {number(altitude_m, 1)} m, {limits.altitude_m:g} at least",
-        f"battery {number(voltage_v, 1)} V, {limits.battery_v:g} at least",
+        f"altitude {number(altitude_m, 2)} m, {limits.altitude_m:g} at least",
+        f"battery {number(voltage_v, 2)} V, {limits.battery_v:g} at least",
     )
     measured = (True, True, limits.altitude_m > 0, limits.battery_v > 0)
     return in_rows([(text, "strong") for text in compress(shown, measured)], NOW_CELLS, cells)
@@ -154,7 +155,7 @@ def width_lines(known: Mapping[str, tuple[float, float]], cells: int) -> Lines:
     entries: list[Span] = []
     for name, (half, asked) in known.items():
         mark = KNOWN if half <= asked else UNKNOWN
-        entries.append((f"{mark} {name} ± {100 * half:.2g} %", "strong" if half <= asked else "plain"))
+        entries.append((f"{mark} {name} ± {per_cent(half, asked)}", "strong" if half <= asked else "plain"))
     return in_rows(entries, WIDTH_CELLS, cells)
 
 
