@@ -334,8 +334,8 @@ def test_what_would_have_let_no_flight_begin_brings_it_back_under_way(fake, chan
     change(flown)
     flown.until(lambda: flown.flight.state is State.RETURNING, 2.0)
     assert flown.flight.end is End.UNFIT
-    assert any("no feed-forward: " in text for text in flown.pilot.words())
     flown.until(lambda: not flown.armed)
+    assert any("no feed-forward: " in text for text in flown.pilot.words())
     assert flown.run(3.0).is_free()
 
 
