@@ -133,6 +133,14 @@ def test_a_weak_thruster_counts_only_with_its_number():
     assert hits(result, "one hidden: named first") == (1, 2)
 
 
+@pytest.mark.parametrize(("number", "right"), [(None, 1), (float("inf"), 0)])
+def test_a_thruster_without_a_number_is_any_and_one_that_is_not_finite_is_none(number, right):
+    told = {"thruster": {"value": number, "unit": "1"}}
+    hidden = truth("a", "one", "weak_thruster", number=3)
+    result = judged((hidden, answer("explained", "weak_thruster", parameters=told)))
+    assert hits(result, "one hidden: named first") == (right, 1)
+
+
 def test_both_of_two_need_a_cause_each():
     result = judged(
         (truth("a", "two", "waves", "tether"), answer("explained", "tether", "waves")),
@@ -275,7 +283,8 @@ def test_wilson_bounds_are_those_of_the_book():
 def test_what_is_no_answer_is_refused_by_name(tmp_path):
     path = tmp_path / "case_001.json"
     assert read_answer(path) is None
-    for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}'):
+    whole = {"verdict": "no_gap", "gap": {"where": [{"dof": "surge", "share": 10**400}]}}
+    for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}', json.dumps(whole)):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(LogError, match=r"case_001\.json: is no answer of diagnose"):
             read_answer(path)
