@@ -188,7 +188,7 @@ def _overall(tallies: list[Tally]) -> list[str]:
     for tallied in tallies:
         cases = tallied.cases
         z = np.array([case.z for case in cases])
-        relative = np.array([math.expm1(min(case.error * case.least, 50.0)) for case in cases])
+        relative = np.array([case.relative for case in cases])
         counts = (
             tallied.missions,
             len(cases),
@@ -232,12 +232,12 @@ def _by_coefficient(result: Tally, bounds: list[Bound]) -> list[str]:
     rows = []
     for coefficient in COEFFICIENTS:
         cases = [case for case in result.cases if case.name == coefficient.name]
-        least = [bound.least[coefficient.name] for bound in bounds if coefficient.name in bound.least]
+        bound_of = [bound.least.get(coefficient.name, math.inf) for bound in bounds]
         if not cases:
             continue
         z = np.array([case.z for case in cases])
         inside = f"{100 * np.mean([case.inside for case in cases]):.1f} %"
-        bound = f"{100 * np.median(least):.2f} %"
+        bound = f"{100 * np.median([least for least in bound_of if least < TELLING]):.2f} %"
         spread = f"{np.nanmean(z):+.2f}", f"{np.nanstd(z):.2f}"
         rows.append((coefficient.name, bound, len(cases), _ratios(cases), *spread, inside))
     return [f"`{result.method}` by coefficient:", "", *table(BY_COEFFICIENT, rows)]

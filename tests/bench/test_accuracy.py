@@ -115,6 +115,15 @@ def test_a_mass_below_zero_is_an_error_like_any_other():
     (case,) = tally("PySINDy", bounds, [below]).cases
     assert case.error == pytest.approx(-2.0 / 0.02)
     assert math.isnan(case.z)
+    row = next(line for line in accuracy.page(bounds, [below]).splitlines() if line.startswith("| PySINDy"))
+    assert "| -200.00 % | no interval |" in row
+
+
+def test_the_median_bound_of_a_coefficient_is_of_those_that_the_tables_are_of():
+    bounds, trials = efficient(4)
+    for item in bounds[1:]:
+        item.least["M_u"] = 0.6
+    assert "| M_u | 2.00 % | 1 |" in accuracy.page(bounds, trials)
 
 
 @pytest.fixture(params=rest_in_soak((False, True)), ids=lambda computed: "computed" if computed else "given")
