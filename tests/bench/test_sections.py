@@ -97,6 +97,14 @@ def test_a_bag_of_each_form_holds_every_sample_and_opens_as_a_dive(tmp_path, for
     assert hour(form, tmp_path, SECONDS).stat().st_mtime_ns == written
 
 
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bag_that_a_kill_cut_short_is_written_anew(tmp_path, form):
+    bag = hour(form, tmp_path, SECONDS)
+    (tmp_path / bag.relative_to(tmp_path).parts[0] / "whole").unlink()
+    bag.write_bytes(b"a half")
+    assert hour(form, tmp_path, SECONDS).stat().st_size > 1000 * SECONDS
+
+
 def measured(bare_s, ours_s):
     return {"bytes": 2e6, "messages": 900, "seconds": {BARE: bare_s, OURS: ours_s, DECODED: 9.0}}
 
