@@ -21,7 +21,7 @@ from bench.mutants import section as mutants
 from bench.operation import flying, gap_monitor, station
 from bench.speed import bags, reading
 from bench.speed import identification as speed
-from bench.stamp import Source, stamp
+from bench.stamp import Source, reached, stamp
 from bench.tracking import ladder
 from bench.tracking import section as tracking
 from bench.unknown import section as unknown
@@ -73,11 +73,12 @@ def _power(run: Run) -> str:
 
 
 _TRIALS = tuple(source for group in accuracy_trials.SOURCES.values() for source in group)
+_TOLD = reached(*(f"bench/accuracy/{name}.py" for name in ("section", "tally", "pooled", "trials")))
 _FIRST = CAMPAIGN_SEEDS[0]
 SECTIONS = {
     "accuracy": Measurement(
         lambda run: accuracy.section(run.seeds(100, 1000), run.cache, run.results / "accuracy.jsonl.gz"),
-        _TRIALS,
+        (*_TRIALS, *_TOLD),
     ),
     "speed": Measurement(lambda run: speed.page(run.kept, _FIRST), speed.SOURCES),
     "reading": Measurement(lambda run: reading.page(run.kept, _FIRST), reading.SOURCES),

@@ -21,7 +21,13 @@ GOAL = 0.93, 0.97
 HEAD = (
     "configuration", "parameter", "trials", "inside 95 %", "mean z", "spread of z", "median relative standard error",
 )  # fmt: skip
-SOURCES = (*SIMULATED, *LEARNT, "bench/campaigns.py", "bench/accuracy/coverage.py")
+SOURCES = (
+    *SIMULATED,
+    *LEARNT,
+    "bench/campaigns.py",
+    "bench/accuracy/coverage.py",
+    "bench/accuracy/pooled.py",
+)
 
 
 @dataclass(frozen=True)

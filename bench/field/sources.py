@@ -11,6 +11,7 @@ MADE = tuple(
 ANSWERS = (
     *reached(
         *MADE,
+        "bench/baselines/regression.py",
         "bench/field/regressions.py",
         "bench/field/answers.py",
         "identify/diagnose/result.py",
@@ -21,5 +22,8 @@ ANSWERS = (
 )
 """Code that makes, diagnoses and predicts the dives; the code of an answer's wording does not change these."""
 
-SECTION = (*ANSWERS, *(f"bench/field/{name}.py" for name in ("score", "section")))
+SECTION = (
+    *ANSWERS,
+    *reached("bench/field/score.py", "bench/field/section.py", "bench/diagnosis/goals.py"),
+)
 GROUND_STATION = (*SECTION, "bench/field/ground_station.py")

@@ -23,7 +23,7 @@ from textual.pilot import Pilot
 from bench.campaigns import SOURCES as DIVED
 from bench.campaigns import dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, stamp
+from bench.stamp import LEARNT, reached, stamp
 from bench.words import paragraph, table
 from bridge.clock import SystemClock
 from bridge.errors import LinkTimeout
@@ -38,7 +38,7 @@ from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
 from tui.app.station import LinkSource, Station
 
-SOURCES = (*DIVED, *LEARNT, "gcs_plugin", "tui/app/*.py", "tui/app/screens", "bench/operation/station.py")
+SOURCES = (*DIVED, *LEARNT, "gcs_plugin", "tui/app/screens", *reached("bench/operation/station.py"))
 CONFIGURATION = "hovering"
 VEHICLE = f"ruvifist:{CONFIGURATION}"
 SIZE = (80, 24)
