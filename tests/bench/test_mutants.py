@@ -9,7 +9,7 @@ from bench.mutants import section
 from bench.mutants.changes import Mutant, drawn, places
 from bench.mutants.nearest import nearest_tests
 from bench.mutants.section import EACH, FOLDERS, ROOT, SEED
-from bench.mutants.trials import Verdict, checkout
+from bench.mutants.trials import Checkout, Verdict, checkout
 from bench.remembered import Remembered
 
 
@@ -160,6 +160,20 @@ def test_a_verdict_is_kept_until_its_test_changes(tmp_path, monkeypatch):
     assert judged(tmp_path, monkeypatch, FALLING) == (first, 0)
     verdict, runs = judged(tmp_path, monkeypatch, FALLING.replace("9", "2").replace("3", "2"))
     assert (verdict.by, runs) == (None, 2)
+
+
+def test_two_changes_alike_in_one_line_are_judged_each_by_itself(tmp_path, monkeypatch):
+    ran = []
+
+    def run(_, mutant, *__):
+        ran.append(mutant)
+        return Verdict(mutant, None, 1, 1.0)
+
+    monkeypatch.setattr("bench.mutants.trials.Checkout._ran", run)
+    (tmp_path / "kernels-of").mkdir()
+    copy, kept = Checkout(tmp_path / "kernels-of" / "tree"), Remembered(tmp_path / "kept.jsonl")
+    twins = [Mutant("bridge/errors.py", 1, begin, begin + 1, "+", "-") for begin in (3, 9)]
+    assert [copy.judged(mutant, kept).mutant for mutant in twins] == ran == twins
 
 
 def test_the_page_counts_by_folder_names_survivors_and_says_if_it_is_partial():
