@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from bench.diagnosis import page, speed, tables
+from bench.diagnosis import page, power, speed, tables
 from bench.diagnosis.plan import (
     FULL,
     LACKED,
@@ -78,6 +78,19 @@ def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
     assert [(round(low, 2), round(high, 2)) for low, high, _ in points] == [(0.1, 0.14), (2.0, 2.04)]
     assert [rate for _, _, rate in points] == [Rate(0, 40), Rate(40, 40)]
     assert len(tables.by_size(small[:5], 8)) == 1
+
+
+def test_the_short_form_of_the_power_tells_its_own_seeds_and_where_its_rows_are(monkeypatch, tmp_path):
+    def answered(_, jobs, __):
+        rows = ({"effect": key.split()[0], "size": 1.0, "hit": True, "said": "waves"} for key in jobs)
+        return dict(zip(jobs, rows, strict=True))
+
+    monkeypatch.setattr(power, "ROOT", tmp_path)
+    monkeypatch.setattr(power.Remembered, "fill", answered)
+    text = power.section(tmp_path, tmp_path / "runs" / "power.jsonl.gz", short=True)
+    said = " ".join(text.split())
+    assert f"seeds from {power_planned(SHORT)[0].seed} on" in said
+    assert "Every row is in `runs/power.jsonl.gz`." in said
 
 
 def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
