@@ -101,9 +101,12 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
     ]  # fmt: skip
     refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1, (), (), ())
     timed = speed.lines([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
-    text = page.page([*trials, refused], timed)
-    assert "5 simulated dives" in text
-    assert "Refused: one 5 (too short)." in text
+    silent = Trial("none", {**trials[0].truth, "name": "none 6"}, None, "too short", 0.1, (), (), ())
+    text = page.page([*trials, refused, silent], timed)
+    assert "6 simulated dives" in text
+    assert "Refused: one 5 (too short); none 6 (too short)." in text
+    assert "| false alarms: 1 % | 0.0 % (0.0 to 79.3), 0 of 1 | met |" in text
+    assert "where nothing hides it is left out of the false alarms" in " ".join(text.split())
     said = " ".join(text.split())
     assert (
         "median 10.0 s on 2 cores, 16.0 s at most; one core takes 1.50 times as long (median of 1 dives)"
