@@ -206,6 +206,17 @@ def test_the_script_installs_from_the_folder_alone(here, tmp_path):
         assert (str(folder / "wheels" / "ground") in arguments) == (package != "seatrial")
 
 
+def test_its_words_come_in_any_order_and_one_that_it_does_not_know_installs_nothing(here, tmp_path):
+    folder, python = here
+    done = installed(folder, str(tmp_path / "there"), "--bridge", PYTHON=python)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "there" / "told").read_text(encoding="utf-8").split()[-1] == "seatrial"
+    done = installed(folder, "--brigde", PYTHON=python, HOME=str(tmp_path / "home"))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "there is no --brigde" in done.stderr
+    assert not (tmp_path / "home").exists()
+
+
 def test_a_damaged_wheel_is_not_installed(here, tmp_path):
     folder, python = here
     next((folder / "wheels" / "bridge").iterdir()).write_bytes(b"damaged")
