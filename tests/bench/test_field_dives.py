@@ -11,6 +11,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field import section
+from bench.field.__main__ import main as field_command
 from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
 from bench.field.dive import STEP_S
 from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
@@ -229,6 +230,22 @@ def test_a_written_dive_is_read_as_any_other_recording(tmp_path):
     assert dive.tau_cmd is None
     assert dive.nu_fb is None
     assert dive.pwm.value.shape[1] == len(drawn.vehicle.configuration.thrusters)
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["score", "{}"], "there is no dive in {}; `make` writes some"),
+        (["make", "--seed", "-3", "--count", "1", "--out", "{}"], "argument --seed"),
+    ],
+)
+def test_a_folder_without_a_dive_and_a_seed_below_zero_are_refused(
+    words, said, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("sys.argv", ["bench.field", *(word.format(tmp_path) for word in words)])
+    with pytest.raises(SystemExit):
+        field_command()
+    assert said.format(tmp_path) in capsys.readouterr().err
 
 
 def cause(name, probability=0.9, also=(), **parameters):
