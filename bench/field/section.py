@@ -196,8 +196,10 @@ def by_size(cases: Sequence[Judged]) -> list[str]:
 
 def wrong(cases: Sequence[Judged]) -> list[str]:
     """Table of the causes that were accepted and not present."""
-    said = Counter(cause.name for case in cases for cause in case.false())
-    empty = Counter(cause.name for case in cases if case.empty for cause in case.false())
+    said, empty = (
+        Counter(name for case in some for name in dict.fromkeys(cause.name for cause in case.false()))
+        for some in (cases, [case for case in cases if case.empty])
+    )
     if not said:
         return ["No false cause was accepted."]
     rows = [(f"`{name}`", count, empty[name]) for name, count in said.most_common()]

@@ -284,6 +284,11 @@ def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict():
     assert [item.name for item in dive("tether", cause("tether"), cause("waves", 0.7)).false()] == ["waves"]
 
 
+def test_a_dive_with_two_false_causes_of_one_name_is_one_dive_of_the_table():
+    both = [cause("weak_thruster", thruster=number) for number in (1.0, 2.0)]
+    assert section.wrong([dive(NONE, *both), dive("tether", both[0])])[-1] == "| `weak_thruster` | 2 | 1 |"
+
+
 def test_of_a_thruster_the_number_has_to_match_where_it_is_told():
     def weak(number):
         return dive(
