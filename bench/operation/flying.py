@@ -169,13 +169,15 @@ def lines(results: dict[str, Data]) -> list[str]:
     rows = []
     for configuration in CONFIGURATIONS:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
-        middle = {
-            key: float(np.median([d[key] for d in data])) for key in ("share", "hand_s", "known_s", "whole_s")
-        }
-        seconds = [f"{middle[key]:.0f} s" for key in ("hand_s", "known_s", "whole_s")]
-        share = f"1/{middle['hand_s'] / middle['known_s']:.1f}"
-        asked = f"{100 * middle['share']:.1f}%"
-        rows.append((configuration, len(data), asked, *seconds[:2], share, seconds[2]))
+        # A flight that never knew enough took for ever.
+        share, hand_s, known_s, whole_s = (
+            float(np.median(np.nan_to_num([d[key] for d in data], nan=np.inf)))
+            for key in ("share", "hand_s", "known_s", "whole_s")
+        )
+        known = (f"{known_s:.0f} s", f"1/{hand_s / known_s:.1f}") if np.isfinite(known_s) else ("never", "-")
+        rows.append(
+            (configuration, len(data), f"{100 * share:.1f}%", f"{hand_s:.0f} s", *known, f"{whole_s:.0f} s")
+        )
     out += [
         *table(HEAD, rows),
         "",

@@ -53,6 +53,10 @@ def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
     assert "| survey | M_u | D_u |" in page
     assert "| flown | 0.3 | 1.2 |" in page
     assert "took 0.5 s on average" in " ".join(page.split())
+    results["survey 1"] = data | {"known_s": float("nan")}
+    assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in "\n".join(lines(results))
+    results["survey 2"] = results["survey 1"]
+    assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in "\n".join(lines(results))
 
 
 def asleep(monkeypatch, tmp_path, program):
