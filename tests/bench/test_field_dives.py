@@ -5,6 +5,7 @@ import struct
 from collections import Counter
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,11 +18,12 @@ from bench.field.dive import STEP_S
 from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
 from bench.field.export import STATION, positions, telemetry_of, tlog_of
 from bench.field.planted_effects import PLANTS
-from bench.field.regressions import ForecastRow, drifts_of
+from bench.field.regressions import ForecastRow, Regressed, drifts_of, fly
 from bench.field.score import delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
 from bench.field.vehicle import draw_vehicle
 from bridge.vehicle.config import GRAVITY_M_S2, Water, load_vehicle
+from identify.dive import Dive, Signal
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import euler_angles
 
@@ -307,6 +309,26 @@ def test_sizes_are_judged_over_the_truth_and_delays_in_seconds():
     weak = dive("weak_thruster", cause("weak_thruster", thruster=1.0, gain=0.72), thruster=1.0, gain=0.7)
     assert magnitudes([weak]) == pytest.approx([0.02 / 0.3])
     assert magnitudes([dive("tether", cause("waves", force_amplitude=1.0), stiffness=0.1)]) == []
+
+
+def test_a_plain_method_begins_a_step_before_the_first_row_as_the_diagnosis_does():
+    """A body that its drag alone slows, by a model that knows no drag."""
+    file = load_vehicle("ruvifist:survey")
+    time_s = np.arange(0.0, 12.0, 0.05)
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (len(time_s), 1))
+    neutral = np.full((len(time_s), len(file.vehicle.configurations["survey"].thrusters)), 1500.0)
+    check = Dive(
+        "check", Path("check.tlog"), "0", attitude=Signal(time_s, level), pwm=Signal(time_s, neutral)
+    )
+    rows_s = 1.0 + 0.1 * np.arange(1, 101)
+    measured = np.zeros((100, 6))
+    measured[:, 0] = 0.5 * np.exp(-0.2 * (rows_s - 1.0))
+    foretold = ForecastRow(rows_s, np.repeat([0, 1], 50), measured, measured, measured)
+    none = np.zeros(4)
+    still = Regressed(none, none, none, np.zeros((4, 2)), none, 0.0)
+    flown = fly(still, check, file, "survey", foretold)
+    assert flown[:50, 0] == pytest.approx(0.5, abs=5e-4)
+    assert flown[50:, 0] == pytest.approx(measured[49, 0])
 
 
 def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity():
