@@ -112,9 +112,10 @@ def answer_of(verb: str, recording: Path, *options: str) -> dict[str, Any]:
         "--json",
         str(out),
     ]
-    # Code 1: an answer with doubts.
+    out.unlink(missing_ok=True)
+    # Code 1: an answer with doubts, or none.
     code = subprocess.run(command, cwd=ROOT, check=False, stdout=subprocess.DEVNULL).returncode
-    if code not in (exit_codes.DONE, exit_codes.NO):
+    if code not in (exit_codes.DONE, exit_codes.NO) or not out.exists():
         raise FitError(f"seatrial {verb} ended with {code}", of=str(recording))
     answer: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))
     return answer
