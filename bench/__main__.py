@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bench.document import Section, compared, read, timed, wall_s, written
 from bench.sections import SECTIONS, Run
+from bridge.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -40,7 +41,7 @@ def main() -> None:
             text, codes[name], wall_s=_took_s(run, name, codes[name], sections.get(name)), asked=name in asked
         )
         text = written(compared({**sections, name: page}, codes), tuple(SECTIONS))
-        target.write_text(text, encoding="utf-8")
+        write_whole(target, text)
 
 
 def _took_s(run: Run, name: str, code: str, before: Section | None) -> float | None:

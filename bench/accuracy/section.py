@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.accuracy.tally import TELLING, Case, Tally, inside95, median_ratio, root_mean_square, tally
-from bench.accuracy.trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, pack
-from bench.remembered import Remembered
+from bench.accuracy.trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, rows_of
+from bench.remembered import Remembered, pack
 from bench.words import in_a_word, paragraph, table
 from bridge.vehicle.coefficients import COEFFICIENTS
 from identify.estimators.comparison import LEAST_DIFFERENCE
@@ -138,7 +138,7 @@ def section(seeds: Sequence[int], cache: Path, results: Path) -> str:
     """The section, from the results in `cache`; runs the missing trials and writes all results to the file
     `results`."""
     bounds, trials = measured(seeds, Remembered(cache / "accuracy.jsonl"))
-    pack(bounds, trials, results)
+    pack(rows_of(bounds, trials), results)
     return page(bounds, trials, tuple(method for method in ORDER if method not in available()))
 
 

@@ -29,6 +29,7 @@ from bench.stamp import ROOT, stamp
 from bench.words import table as bench_table
 from bridge import exit_codes
 from bridge.errors import FitError
+from bridge.files import write_whole
 from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 
@@ -55,7 +56,7 @@ def page(runs: Path, docs: Path) -> str:
     flown = f"Flown with ArduSub {' and '.join(versions(runs / 'ardusub'))}."
     text = with_block(target.read_text(encoding="utf-8"), BEGIN, f"{flown}\n\n{table(results)}")
     followed_by = "\n".join(followed(results[FOLLOWING]))
-    target.write_text(with_block(text, BEGIN_FOLLOWED, followed_by), encoding="utf-8")
+    write_whole(target, with_block(text, BEGIN_FOLLOWED, followed_by))
     return "Dives of the real ArduSub, its companion beside it: [their table](ardusub.md#figures)."
 
 
@@ -85,7 +86,7 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
         accepted = ("--accepted", str(model), "--despite-doubts") if model.exists() else ()
         figures["log"] = diagnosed(answer_of("diagnose", log_of(first)))
         figures["after"] = diagnosed(answer_of("diagnose", recording_of(path, runs, name, 2), *accepted))
-    kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    write_whole(kept, json.dumps(figures, indent=1) + "\n")
     return figures
 
 

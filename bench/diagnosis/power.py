@@ -15,7 +15,7 @@ from bench.diagnosis.plan import FULL, SHORT, Planned, power_planned
 from bench.diagnosis.sources import DECIDED
 from bench.diagnosis.tables import EACH_POINT, by_size, judged
 from bench.diagnosis.trials import trial, trial_job
-from bench.remembered import Data, Job, Remembered
+from bench.remembered import Data, Job, Remembered, pack
 from bench.stamp import ROOT, stamp
 from bench.words import paragraph, table
 from identify.challenge.score import CLEAR, Rate
@@ -32,7 +32,8 @@ def section(cache: Path, results: Path, short: bool) -> str:
     try:
         rows = list(kept.fill(jobs, "power of the diagnosis").values())
     finally:
-        pack({key: kept.get(key, dict) for key in jobs if key in kept}, results)
+        done = sorted(key for key in jobs if key in kept)
+        pack(({"key": key, "data": kept.get(key, dict)} for key in done), results)
     return page(rows, plan[0].seed, results)
 
 
@@ -62,13 +63,6 @@ def unpack(kept: Remembered, results: Path, wanted: Container[str]) -> None:
         row = json.loads(line)
         if row["key"] in wanted and row["key"] not in kept:
             kept.put(row["key"], row["data"])
-
-
-def pack(rows: dict[str, Data], results: Path) -> None:
-    """Write rows to a gzipped file of JSON lines; the same rows give the same bytes."""
-    text = "".join(json.dumps({"key": key, "data": rows[key]}) + "\n" for key in sorted(rows))
-    results.parent.mkdir(parents=True, exist_ok=True)
-    results.write_bytes(gzip.compress(text.encode(), mtime=0))
 
 
 def page(rows: Sequence[Data], first: int, results: Path) -> str:

@@ -22,7 +22,7 @@ from bench.baselines import least_squares
 from bench.baselines.regression import AxisTerms, axis_terms
 from bench.bound import cramer_rao, information, kernel
 from bench.missions.mission import draw_one
-from bench.remembered import Remembered
+from bench.remembered import Remembered, pack
 from identify.estimators.likelihood.answer import estimate
 from identify.statistics import Z95 as IDENTIFICATION_Z95
 
@@ -148,7 +148,7 @@ def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path):
     assert "x" not in again
     bounds, trials = accuracy_trials.known({key: again.get(key, dict) for key in data})
     assert set(bounds[0].truth) == set(trials[0].stated) | set(trials[0].refused)
-    accuracy_trials.pack(bounds, trials, tmp_path / "all.jsonl.gz")
+    pack(accuracy_trials.rows_of(bounds, trials), tmp_path / "all.jsonl.gz")
     rows = [
         json.loads(line) for line in gzip.decompress((tmp_path / "all.jsonl.gz").read_bytes()).splitlines()
     ]

@@ -1,6 +1,8 @@
 """The page of the benchmark: sections, stamps, results that survive a kill, and their tables."""
 
+import contextlib
 import math
+import resource
 import sys
 from dataclasses import replace
 from functools import partial
@@ -21,7 +23,7 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.remembered import Remembered
+from bench.remembered import Remembered, pack
 from bench.reproduce.paper import TrainingCurves
 from bench.sections import SECTIONS, Measurement
 from bench.speed.reading import CAREFUL, OURS, THEIRS, measured
@@ -75,6 +77,34 @@ def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(tmp_path, 
         "left": Section("## Left", "0ld", older=True),
         "asked": Section("## New", both["asked"].code, wall_s=0.0),
     }
+
+
+@contextlib.contextmanager
+def full_disk():
+    """No file grows beyond some bytes."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (16, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_page_and_packed_rows_that_no_disk_takes_stay_as_they_were(tmp_path, monkeypatch):
+    (tmp_path / "docs").mkdir()
+    target, packed = tmp_path / "docs" / "benchmarks.md", tmp_path / "rows.jsonl.gz"
+    target.write_text(written({"a": Section("## A", "0ld")}, ("a",)), encoding="utf-8")
+    pack([{"a": 1}], packed)
+    before = target.read_bytes(), packed.read_bytes()
+    monkeypatch.setattr(command, "SECTIONS", {"a": Measurement(lambda _: "## New", ("bench/words.py",))})
+    monkeypatch.setattr(command, "ROOT", tmp_path)
+    monkeypatch.setattr(command, "timed", lambda *_: contextlib.nullcontext())
+    monkeypatch.setattr(sys, "argv", ["bench", "a"])
+    with full_disk(), pytest.raises(OSError, match="File too large"):
+        command.main()
+    with full_disk(), pytest.raises(OSError, match="File too large"):
+        pack([{"a": 2}], packed)
+    assert (target.read_bytes(), packed.read_bytes()) == before
 
 
 def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top():
