@@ -72,6 +72,10 @@ class Remembered:
                         self.put(running[done], done.result())
                 finally:
                     pool.shutdown(cancel_futures=True)
+                    # What ran on while another failed, or at Ctrl-C, has ended by now.
+                    for ran, key in running.items():
+                        if key not in self._known and not ran.cancelled() and ran.exception() is None:
+                            self.put(key, ran.result())
         return {key: self._known[key] for key in jobs}
 
     def _take(self, line: str) -> None:

@@ -249,6 +249,25 @@ def test_jobs_that_are_known_are_not_run_and_the_others_are(tmp_path):
     assert results == {"known": {"value": 1}, "new": {"value": 2}}
 
 
+def test_what_runs_on_while_another_job_fails_is_kept(tmp_path, monkeypatch):
+    failed = tmp_path / "failed"
+
+    def track(futures, *_, **__):
+        for future in futures:
+            if future.exception():
+                failed.touch()
+            yield future
+
+    monkeypatch.setattr("bench.remembered.track", track)
+    waits = f"import pathlib\nwhile not pathlib.Path({str(failed)!r}).exists(): pass"
+    jobs = {"runs on": partial(eval, f"exec({waits!r}) or {{'a': 1}}"), "fails": partial(eval, "1 / 0")}
+    with pytest.raises(ZeroDivisionError):
+        Remembered(tmp_path / "kept.jsonl").fill(jobs, "jobs")
+    kept = Remembered(tmp_path / "kept.jsonl")
+    assert "fails" not in kept
+    assert kept.get("runs on", dict) == {"a": 1}
+
+
 def test_a_file_that_cannot_be_written_is_told(tmp_path):
     kept = Remembered(tmp_path / "kept.jsonl")
     (tmp_path / "kept.jsonl").mkdir()
