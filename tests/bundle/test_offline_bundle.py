@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+from bundle import __main__ as command
 from bundle.build import BundleError, build
 from bundle.complete import lacking
 from bundle.targets import Target
@@ -78,6 +79,23 @@ def made(tmp_path):
         return bundle, folder
 
     return make
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--machines", "riscv"], "unknown machine riscv"),
+        (["--pythons", "3.11.4 3"], "unknown Python 3.11.4, 3; name it as 3.11"),
+        (["--machines", ""], "name a machine"),
+    ],
+)
+def test_what_names_no_computer_is_refused_before_anything_is_fetched(
+    words, said, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(command, "build", lambda *_: pytest.fail("made all the same"))
+    with pytest.raises(SystemExit):
+        command.main([*words, "--out", str(tmp_path)])
+    assert said in capsys.readouterr().err
 
 
 def names(folder):
