@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -115,6 +116,21 @@ def test_the_vehicle_and_the_ground_have_a_folder_of_wheels_each(made):
         "ground aarch64 3.13",
         "logs aarch64 3.13",
     ]
+
+
+def test_an_archive_that_no_disk_takes_leaves_the_one_before(made, tmp_path):
+    bundle, _ = made(FakePip(), PC)
+    before = bundle.file.read_bytes()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, hard))
+    try:
+        with pytest.raises(
+            BundleError, match=r"offline\.tar: can't be written \(File too large\); free disk space"
+        ):
+            build(tmp_path, tmp_path / "dist", (PI,), FakePip(), lambda _: None)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert bundle.file.read_bytes() == before
 
 
 def test_every_file_has_its_sum(made):
