@@ -7,6 +7,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -325,6 +326,23 @@ def _dived(nu):
 def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered():
     cell = thrift.cell([110.0, 90.0], [11.0, NAN], 100.0)
     assert cell == thrift.Cell(2, pytest.approx(0.1), pytest.approx(0.1))
+
+
+def test_the_thrift_says_how_long_the_hovering_campaign_is(tmp_path, monkeypatch):
+    refused = {
+        "value": {},
+        "half95": {},
+        "trim": [],
+        "outcome": "refused",
+        "seconds": 0.0,
+        "refusal": "short",
+    }
+    campaign = SimpleNamespace(truth={}, dive=SimpleNamespace(duration_s=700.4))
+    answers = dict.fromkeys(map(str, thrift.LENGTHS_S), refused)
+    monkeypatch.setattr(thrift, "dived", lambda *_: campaign)
+    monkeypatch.setattr(thrift, "NAMES", dict.fromkeys(thrift.NAMES, ()))
+    monkeypatch.setattr(thrift.Remembered, "fill", lambda _, jobs, __: dict.fromkeys(jobs, answers))
+    assert "hovering campaign is over after 700 s" in " ".join(thrift.page(tmp_path, (901,)).split())
 
 
 def test_a_parameter_settles_where_it_last_left_its_end():
