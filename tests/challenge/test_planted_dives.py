@@ -345,6 +345,14 @@ def test_wrong_readings_are_told_as_they_are_planted_and_beside_them_a_force_by_
     assert parameters_of(case, 1)["force"] == pytest.approx(case.planted[1].parameters["force"], rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("name", "dofs"), [("depth_scale", ["heave"]), ("wrong_feedback_log", ["surge", "sway"])]
+)
+def test_an_effect_of_readings_alone_is_nowhere_but_where_it_spoils_them(name, dofs):
+    """No force is missing: what rounding leaves is no size."""
+    assert drawn(name).truth()["dof"] == dofs
+
+
 def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power():
     case = drawn("varying_current")
     scenario, _ = case.simulated(0)
