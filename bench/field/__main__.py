@@ -1,6 +1,7 @@
 """`python -m bench.field make` writes field dives as folders, `score` diagnoses such folders and prints the tables."""
 
 import argparse
+import hashlib
 import sys
 import tempfile
 from functools import partial
@@ -56,9 +57,18 @@ def _score(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
         parser.error(f"there is no dive in {', '.join(map(str, arguments.folders))}; `make` writes some")
     with tempfile.TemporaryDirectory() as spare:
         kept = Remembered(arguments.kept or Path(spare) / "kept.jsonl")
-        jobs = {f"{folder.resolve()}:{stamp(*ANSWERS)}": partial(folder_job, folder) for folder in folders}
+        jobs = {
+            f"{folder.resolve()}:{_digest(folder)}:{stamp(*ANSWERS)}": partial(folder_job, folder)
+            for folder in folders
+        }
         cases = [judged(data) for data in kept.fill(jobs, "field dives").values()]
         sys.stdout.write("\n".join([*lines(cases), ""]))
+
+
+def _digest(folder: Path) -> str:
+    """Ten hexadecimal digits of a dive's files: another dive may be made in its folder."""
+    texts = (path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file())
+    return hashlib.sha256(b"".join(texts)).hexdigest()[:10]
 
 
 if __name__ == "__main__":

@@ -250,6 +250,22 @@ def test_a_folder_without_a_dive_and_a_seed_below_zero_are_refused(
     assert said.format(tmp_path) in capsys.readouterr().err
 
 
+def test_another_dive_in_the_folder_of_one_that_is_kept_is_diagnosed(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr("bench.remembered.Remembered.fill", lambda _, jobs, __: asked.append(set(jobs)) or {})
+    monkeypatch.setattr("bench.field.section.lines", lambda _: [])
+    monkeypatch.setattr(
+        "sys.argv", ["bench.field", "score", str(tmp_path), "--kept", str(tmp_path / "kept.jsonl")]
+    )
+    (tmp_path / "dive").mkdir()
+    (tmp_path / "dive" / "truth.yaml").touch()
+    for dive in (b"first", b"first", b"another"):
+        (tmp_path / "dive" / "dive.tlog.gz").write_bytes(dive)
+        field_command()
+    assert asked[0] == asked[1]
+    assert asked[1].isdisjoint(asked[2])
+
+
 def cause(name, probability=0.9, also=(), **parameters):
     values = {key: {"value": v, "unit": "1", "low95": None, "high95": None} for key, v in parameters.items()}
     return {"name": name, "also": list(also), "probability": probability, "parameters": values}
