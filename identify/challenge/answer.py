@@ -85,12 +85,18 @@ def answer_of(data: dict[str, Any]) -> Answer:
 
 
 def named_in(effect: Mapping[str, Any]) -> Named:
-    """A cause that an answer names, of its JSON."""
+    """A cause that an answer names, of its JSON; the errors of `answer_of` if it is invalid."""
     parameters = {
         name: (_number(p["value"]), _number(p.get("low95")), _number(p.get("high95")))
         for name, p in effect["parameters"].items()
     }
-    return Named(effect["name"], tuple(effect["also"]), _number(effect["probability"]), parameters)
+    name, *also = names = (effect["name"], *effect["also"])
+    if not all(isinstance(each, str) for each in names):
+        raise TypeError("a cause's name is no text")
+    probability = _number(effect["probability"])
+    if probability < 0.0 or probability > 1.0:
+        raise ValueError(f"the probability of {name} is {probability:g}")
+    return Named(name, tuple(also), probability, parameters)
 
 
 def _number(value: Any) -> float:

@@ -283,8 +283,23 @@ def test_wilson_bounds_are_those_of_the_book():
 def test_what_is_no_answer_is_refused_by_name(tmp_path):
     path = tmp_path / "case_001.json"
     assert read_answer(path) is None
-    whole = {"verdict": "no_gap", "gap": {"where": [{"dof": "surge", "share": 10**400}]}}
-    for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}', json.dumps(whole)):
+    cause = {"name": "waves", "also": [], "probability": 0.9, "parameters": {}}
+    whole = {
+        "verdict": "no_gap",
+        "gap": {"where": []},
+        "effects": [cause],
+        "shrink": {"heldout": None, "check": None},
+    }
+    odd = [
+        whole | {"gap": {"where": [{"dof": "surge", "share": 10**400}]}},
+        *(
+            whole | {"effects": [cause | part]}
+            for part in ({"name": []}, {"also": [{}]}, {"probability": 1e308})
+        ),
+    ]
+    path.write_text(json.dumps(whole), encoding="utf-8")
+    assert read_answer(path).named[0].name == "waves"
+    for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}', *map(json.dumps, odd)):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(LogError, match=r"case_001\.json: is no answer of diagnose"):
             read_answer(path)
