@@ -114,7 +114,7 @@ def figures(hand_s: float, by_hand: Widths, wanted: Wanted, outcome: Outcome, to
         "identify_s": float(np.mean(took_s)),
         "share": wanted.share,
         "hand": {name: by_hand[name] for name in wanted.names},
-        "flown": {name: outcome.widths[name] for name in wanted.names},
+        "flown": {name: outcome.widths.get(name, np.inf) for name in wanted.names},
     }
 
 
@@ -188,7 +188,7 @@ def lines(results: dict[str, Data]) -> list[str]:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         names = list(data[0]["hand"])
         rows = [
-            (words, *(f"{100 * float(np.median([d[way][name] for d in data])):.2g}" for name in names))
+            (words, *(_percent(float(np.median([d[way][name] for d in data]))) for name in names))
             for way, words in (("hand", "by hand"), ("flown", "flown"))
         ]
         out += [*table((configuration, *names), rows), ""]
@@ -202,3 +202,7 @@ def lines(results: dict[str, Data]) -> list[str]:
         "",
     ]
     return out
+
+
+def _percent(width: float) -> str:
+    return f"{100 * width:.2g}" if np.isfinite(width) else "-"

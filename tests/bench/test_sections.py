@@ -9,7 +9,7 @@ import pytest
 
 from bench import paper_network
 from bench.operation import station
-from bench.operation.flying import lines
+from bench.operation.flying import figures, lines
 from bench.operation.gap_monitor import ONSETS, _lines, onset_dive
 from bench.speed import identification
 from bench.speed.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
@@ -17,6 +17,7 @@ from bench.tracking import ladder
 from bridge.errors import LinkError, LinkTimeout
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.flying.run import Outcome, Wanted
 from identify.ingest.open import read_dive
 
 TUNED = ladder.Pid(8.0, 64.0, 0.6)
@@ -55,8 +56,10 @@ def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
     assert "took 0.5 s on average" in " ".join(page.split())
     results["survey 1"] = data | {"known_s": float("nan")}
     assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in "\n".join(lines(results))
-    results["survey 2"] = results["survey 1"]
+    unknown = figures(800.0, {"M_u": 0.013, "D_u": 0.05}, Wanted(("M_u", "D_u"), 0.05), Outcome(), [0.5])
+    results["survey 2"] = results["survey 1"] = unknown | {"whole_s": 120.0}
     assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in "\n".join(lines(results))
+    assert "| flown | - | - |" in "\n".join(lines(results))
 
 
 def asleep(monkeypatch, tmp_path, program):
