@@ -5,9 +5,11 @@ from typing import Any
 
 from bench.diagnosis import page, power, speed, tables
 from bench.diagnosis.plan import (
+    BENCH,
     FULL,
     LACKED,
     SHORT,
+    SPEED,
     Planned,
     planned,
     power_planned,
@@ -56,7 +58,7 @@ def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> Non
 def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
     full = [trial.seed for trial in (*planned(FULL), *power_planned(FULL))]
     short = [trial.seed for trial in (*planned(SHORT), *power_planned(SHORT))]
-    speeds = range(905_000, 905_000 + speed.EACH)
+    speeds = range(BENCH + SPEED, BENCH + SPEED + speed.EACH)
     assert len({*full, *speeds}) == len(full) + len(speeds)
     assert min(trial.seed for trial in planned(FULL)) == 1_200_000
     assert min(trial.seed for trial in power_planned(FULL)) == 506_000
