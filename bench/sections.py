@@ -45,6 +45,11 @@ class Run:
         return self.cache / "bench"
 
     @property
+    def packed(self) -> Path:
+        """Folder of packed rows: the repository's, which hold the full form's alone."""
+        return self.kept if self.short else self.results
+
+    @property
     def campaigns(self) -> tuple[int, ...]:
         """Seeds of the paper's campaigns, the first alone in the quick form."""
         return CAMPAIGN_SEEDS[: 1 if self.short else None]
@@ -67,17 +72,12 @@ class Measurement:
         return stamp(*self.sources)
 
 
-def _power(run: Run) -> str:
-    results = run.kept if run.short else run.results
-    return power.section(run.kept, results / "power.jsonl.gz", run.short)
-
-
 _TRIALS = tuple(source for group in accuracy_trials.SOURCES.values() for source in group)
 _TOLD = reached(*(f"bench/accuracy/{name}.py" for name in ("section", "tally", "pooled", "trials")))
 _FIRST = CAMPAIGN_SEEDS[0]
 SECTIONS = {
     "accuracy": Measurement(
-        lambda run: accuracy.section(run.seeds(100, 1000), run.cache, run.results / "accuracy.jsonl.gz"),
+        lambda run: accuracy.section(run.seeds(100, 1000), run.cache, run.packed / "accuracy.jsonl.gz"),
         (*_TRIALS, *_TOLD),
     ),
     "speed": Measurement(lambda run: speed.page(run.kept, _FIRST), speed.SOURCES),
@@ -103,6 +103,10 @@ SECTIONS = {
     "unknown": Measurement(lambda run: unknown.section(run.kept, run.short), unknown.SOURCES),
     "diagnosis": Measurement(lambda run: diagnosis.section(run.kept, run.short), of_diagnosis.SECTION),
     "ardusub": Measurement(lambda run: ardusub.page(run.cache, run.docs), ARDUSUB, asked=True),
-    "power": Measurement(_power, of_diagnosis.POWER, asked=True),
+    "power": Measurement(
+        lambda run: power.section(run.kept, run.packed / "power.jsonl.gz", run.short),
+        of_diagnosis.POWER,
+        asked=True,
+    ),
     "mutants": Measurement(lambda run: mutants.section(run.kept, run.short), mutants.SOURCES, asked=True),
 }

@@ -22,11 +22,12 @@ from bench.accuracy.answers import answer, answered, methods
 from bench.accuracy.trials import Stated, Trial
 from bench.baselines import closed_form
 from bench.campaigns import Dived
+from bench.diagnosis import power
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
 from bench.remembered import Remembered, pack
 from bench.reproduce.paper import TrainingCurves
-from bench.sections import SECTIONS, Measurement
+from bench.sections import SECTIONS, Measurement, Run
 from bench.speed.reading import CAREFUL, OURS, THEIRS, measured
 from bench.stamp import Reached, files
 from bench.tracking.section import truly
@@ -144,6 +145,16 @@ def test_every_sections_sources_are_there(name):
     for source in SECTIONS[name].sources:
         for pattern in source.modules if isinstance(source, Reached) else [source]:
             assert files(pattern), pattern
+
+
+@pytest.mark.parametrize(("name", "module"), [("accuracy", accuracy), ("power", power)])
+def test_a_short_run_leaves_the_packed_rows_of_the_full_one(name, module, tmp_path, monkeypatch):
+    packed = []
+    monkeypatch.setattr(module, "section", lambda *given: packed.extend(given) or "")
+    for short in (False, True):
+        SECTIONS[name].page(Run(tmp_path / "runs", tmp_path / "docs", tmp_path / "results", short))
+    full, quick = (path.parent for path in packed if getattr(path, "suffix", "") == ".gz")
+    assert (full, quick) == (tmp_path / "results", tmp_path / "runs" / "bench")
 
 
 def test_the_published_page_holds_known_sections_alone():
