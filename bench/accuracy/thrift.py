@@ -11,7 +11,7 @@ from bench.accuracy.answers import NOT_HERE, TITLES, answer, answered, methods
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph, table
+from bench.words import paragraph, percent, table
 from identify.estimators.table import METHODS as PRODUCT
 
 SOURCES = (
@@ -124,6 +124,6 @@ def _table(
 def _words(entry: Cell, seeds: int) -> str:
     if entry.count == 0:
         return "-"
-    interval = f" ±{100 * entry.median_half95:.2g}" if np.isfinite(entry.median_half95) else ""
+    interval = f" ±{percent(entry.median_half95)}" if np.isfinite(entry.median_half95) else ""
     few = f" /{entry.count}" if entry.count < seeds else ""
-    return f"{100 * entry.rms_error:.2g}{interval}{few}"
+    return f"{percent(entry.rms_error)}{interval}{few}"

@@ -7,7 +7,6 @@ is flown again, one that other code identified is read again.
 """
 
 import json
-import math
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -26,6 +25,7 @@ from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
 from bench.ardusub.sources import SOURCES
 from bench.stamp import ROOT, stamp
+from bench.words import percent
 from bench.words import table as bench_table
 from bridge import exit_codes
 from bridge.errors import FitError
@@ -198,14 +198,14 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
     and the widest intervals."""
     names, hand_s, by_way = list(figures["hand"]), figures["hand_s"], figures["flights"]
     known_s = {way: [flight["known_s"] for flight in flights] for way, flights in by_way.items()}
-    rows = [("laps by sticks, all of them", f"{hand_s:.0f} s", *map(_percent, figures["hand"].values()))]
+    rows = [("laps by sticks, all of them", f"{hand_s:.0f} s", *map(percent, figures["hand"].values()))]
     for way, words in (
         (WIDEST, "every mass is known to the widest of these"),
         (EACH, "each mass is known as by laps"),
     ):
         widest = [max(flight["flown"][name] for flight in by_way[way]) for name in names]
         words = f"`fly` until {words}, the worst of {len(by_way[way])} flights"
-        rows.append((words, f"{max(known_s[way]):.0f} s", *map(_percent, widest)))
+        rows.append((words, f"{max(known_s[way]):.0f} s", *map(percent, widest)))
     every = [flight for flights in by_way.values() for flight in flights]
     masses = [mass for flight in every for mass in flight["masses"].values()]
     off = max(abs(value / true - 1) for true, value, _, _ in masses)
@@ -216,7 +216,7 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
     return [
         *bench_table(("known to, % of the value", "after", *names), rows),
         "",
-        f"The widest of the laps' intervals of a mass was {100 * figures['share']:.2g} %: for that `fly` took "
+        f"The widest of the laps' intervals of a mass was {percent(figures['share'])} %: for that `fly` took "
         f"{shares[WIDEST]} of their time, and for each mass as by laps {shares[EACH]}, "
         f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. The "
         f"masses of these flights were off by {100 * off:.1f} % at most, and {holding} of {len(masses)} of their "
@@ -245,12 +245,6 @@ def followed(figures: Mapping[str, Any]) -> list[str]:
         "",
         f"{script} Flown with ArduSub {figures['version']}.",
     ]
-
-
-def _percent(width: float) -> str:
-    if not math.isfinite(width):
-        return "-"
-    return f"{100 * width:.0f}" if width >= 1.0 else f"{100 * width:.2g}"
 
 
 def _answered(figures: Mapping[str, Any]) -> str:

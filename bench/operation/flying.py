@@ -17,7 +17,7 @@ import numpy as np
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
 from bench.stamp import reached, stamp
-from bench.words import paragraph, table
+from bench.words import paragraph, percent, table
 from bridge.clock import Clock
 from bridge.flight.limits import FlightLimits
 from bridge.links.link import Link
@@ -188,7 +188,7 @@ def lines(results: dict[str, Data]) -> list[str]:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         names = list(data[0]["hand"])
         rows = [
-            (words, *(_percent(float(np.median([d[way][name] for d in data]))) for name in names))
+            (words, *(percent(float(np.median([d[way][name] for d in data]))) for name in names))
             for way, words in (("hand", "by hand"), ("flown", "flown"))
         ]
         out += [*table((configuration, *names), rows), ""]
@@ -202,7 +202,3 @@ def lines(results: dict[str, Data]) -> list[str]:
         "",
     ]
     return out
-
-
-def _percent(width: float) -> str:
-    return f"{100 * width:.2g}" if np.isfinite(width) else "-"

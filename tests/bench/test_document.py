@@ -32,6 +32,7 @@ from bench.speed.reading import CAREFUL, OURS, THEIRS, measured
 from bench.stamp import Reached, files
 from bench.tracking.section import truly
 from bench.tracking.steady import steady_errors
+from bench.words import percent
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
@@ -354,6 +355,12 @@ def test_the_thrift_says_how_long_the_hovering_campaign_is(tmp_path, monkeypatch
     monkeypatch.setattr(thrift, "NAMES", dict.fromkeys(thrift.NAMES, ()))
     monkeypatch.setattr(thrift.Remembered, "fill", lambda _, jobs, __: dict.fromkeys(jobs, answers))
     assert "hovering campaign is over after 700 s" in " ".join(thrift.page(tmp_path, (901,)).split())
+
+
+def test_a_share_of_more_than_all_is_written_out_in_per_cent():
+    shares = (0.0, 0.00047, 0.0994, 0.994, 0.996, 1.2, 25.0, math.inf, math.nan)
+    assert [percent(share) for share in shares] == ["0", "0.047", "9.9", "99", "100", "120", "2500", "-", "-"]
+    assert thrift._words(thrift.Cell(3, 1.2, 0.996), 5) == "120 ±100 /3"
 
 
 def test_a_parameter_settles_where_it_last_left_its_end():
