@@ -82,6 +82,25 @@ def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(tmp_path, 
     }
 
 
+def test_a_section_whose_code_changes_while_it_is_measured_is_older(tmp_path, monkeypatch):
+    (tmp_path / "docs").mkdir()
+    code = tmp_path / "code.py"
+    code.write_text("A = 1\n", encoding="utf-8")
+
+    def page(_run):
+        code.write_text("A = 2\n", encoding="utf-8")
+        return "## A"
+
+    monkeypatch.setattr(stamps, "ROOT", tmp_path)
+    stamps.stamp.cache_clear()
+    monkeypatch.setattr(command, "SECTIONS", {"a": Measurement(page, ("code.py",))})
+    monkeypatch.setattr(command, "ROOT", tmp_path)
+    monkeypatch.setattr(sys, "argv", ["bench", "a"])
+    command.main()
+    stamps.stamp.cache_clear()
+    assert read((tmp_path / "docs" / "benchmarks.md").read_text(encoding="utf-8"))["a"].older
+
+
 @contextlib.contextmanager
 def full_disk():
     """No file grows beyond some bytes."""
