@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -322,6 +323,14 @@ def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed):
     assert unsealed(folder)[0]["name"] == unsealed(folder, digest)[0]["name"] == "case_001"
     assert b"310001" not in (folder / "case_001" / "dive.tlog").read_bytes()
     assert "310001" not in (folder / "case_001" / "vehicle.yaml").read_text(encoding="utf-8")
+
+
+def test_a_folder_whose_name_is_no_text_is_sealed_too(tmp_path, monkeypatch):
+    monkeypatch.setattr("identify.challenge.seal._write", lambda folder, _: folder.mkdir())
+    monkeypatch.setattr("identify.challenge.case.Case.truth", lambda case: {"name": case.name})
+    folder = tmp_path / os.fsdecode(b"hidden-\xff")
+    digest = seal(folder, 1, 31, "a key", lambda *_: None)
+    assert unsealed(folder, digest) == [{"name": "case_001"}]
 
 
 def test_an_existing_folder_is_never_sealed_over(sealed):
