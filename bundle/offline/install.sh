@@ -6,7 +6,7 @@
 set -eu
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
 part=ground
-folder=$HOME/seatrial
+folder=
 for word; do
   case $word in
     --bridge) part=bridge ;;
@@ -14,6 +14,7 @@ for word; do
     *) folder=$word ;;
   esac
 done
+folder=${folder:-$HOME/seatrial}
 python=${PYTHON:-python3}
 
 command -v "$python" >/dev/null || { echo "there is no $python here; install Python 3.11 or newer, or name one: PYTHON=... $0" >&2; exit 1; }

@@ -240,7 +240,9 @@ def test_the_script_installs_from_the_folder_alone(here, tmp_path):
         assert (str(folder / "wheels" / "ground") in arguments) == (package != "seatrial")
 
 
-def test_its_words_come_in_any_order_and_one_that_it_does_not_know_installs_nothing(here, tmp_path):
+def test_its_words_come_in_any_order_and_one_that_it_does_not_know_installs_nothing(
+    here, tmp_path, monkeypatch
+):
     folder, python = here
     done = installed(folder, str(tmp_path / "there"), "--bridge", PYTHON=python)
     assert done.returncode == 0, done.stderr
@@ -249,6 +251,8 @@ def test_its_words_come_in_any_order_and_one_that_it_does_not_know_installs_noth
     assert (done.returncode, done.stdout) == (2, "")
     assert "there is no --brigde" in done.stderr
     assert not (tmp_path / "home").exists()
+    monkeypatch.delenv("HOME")
+    assert installed(folder, str(tmp_path / "there"), PYTHON=python).returncode == 0
 
 
 def test_a_damaged_wheel_is_not_installed(here, tmp_path):
