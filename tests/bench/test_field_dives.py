@@ -296,6 +296,12 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
     assert "counted by half, 75.0 % are named" in " ".join(section.further_figures(cases))
 
 
+def test_dives_that_all_hide_nothing_have_a_page_without_a_share_of_none():
+    text = "\n".join(section.lines([dive(NONE, verdict="no_gap"), dive(NONE, cause("waves"))]))
+    assert "nan" not in text
+    assert "Of 2 dives that hide nothing 1 came without a false cause" in " ".join(text.split())
+
+
 def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict():
     assert len(dive(NONE, cause("waves", 0.5), verdict="no_gap").false()) == 1
     assert not dive(NONE, cause("waves", 0.49)).false()
