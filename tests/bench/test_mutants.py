@@ -191,3 +191,4 @@ def test_the_page_counts_by_folder_names_survivors_and_says_if_it_is_partial():
     assert "The run was ended after 20 of them." in " ".join(text.split())
     assert "ended after" not in section.page(verdicts, 20)
     assert "missed" in section.page([*verdicts, verdicts[-1]], 21)
+    assert "95 % noticed. None has run: not judged before all have run." in section.page([], 200)
