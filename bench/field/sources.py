@@ -17,10 +17,11 @@ ANSWERS = (
         "identify/diagnose/result.py",
         "identify/diagnose/diagnose.py",
         "identify/ingest/open.py",
+        "tui/commands/diagnose.py",
     ),
     "configs/thrusters/*.csv",
 )
-"""Code that makes, diagnoses and predicts the dives; the code of an answer's wording does not change these."""
+"""Code that makes, diagnoses and predicts the dives, all that the command runs through."""
 
 SECTION = (
     *ANSWERS,

@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
-from bench.stamp import reached, stamp
+from bench.stamp import LEARNT, SIMULATED, reached, stamp
 from bench.words import paragraph, percent, table
 from bridge.clock import Clock
 from bridge.flight.limits import FlightLimits
@@ -32,6 +32,8 @@ from identify.run.plan import before_dives, plan
 from tui.flight_recording import recorded_crew, widths_of
 
 SOURCES = (
+    *SIMULATED,
+    *LEARNT,
     *reached("tui/flight_recording.py", "gcs_plugin/simulated.py", "identify/run/plan.py"),
     "bench/operation/flying.py",
 )
