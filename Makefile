@@ -27,6 +27,8 @@ PIP := $(BIN)/python -m pip --disable-pip-version-check install $(PIP_FLAGS)
 LARGE := sed -n 's/^ *\(Downloading\|Using cached\) \(.*\/\)*\([A-Za-z0-9_.]*\)-[0-9].*(\([0-9.]* [MG]B\)).*/  \3, \4/p; s/^Installing collected.*/  installing what was fetched .../p'
 # pip with these arguments; sed would hide how it ended.
 pip = { rm -f .venv/.done; { $(PIP) $(1) && touch .venv/.done; } | $(LARGE); rm .venv/.done 2>/dev/null; }
+# By a name: the comma would end the argument of pip.
+WITH_BENCH := --editable '.[dev,bench]'
 
 .PHONY: install demo test lint check format docs pictures bench power soak wheel bundle clean
 
@@ -77,7 +79,7 @@ pictures: $(STAMP)
 	$(BIN)/python -m docs.make.pictures
 
 bench: $(COMPILED)
-	@$(call pip,--editable '.[dev,bench]')
+	@$(call pip,$(WITH_BENCH))
 	$(BIN)/python -m bench
 
 soak: $(STAMP)
@@ -86,7 +88,7 @@ soak: $(STAMP)
 	$(BIN)/python -m bench mutants
 
 power: $(STAMP)
-	@$(call pip,--editable '.[dev,bench]')
+	@$(call pip,$(WITH_BENCH))
 	$(BIN)/python -m bench power
 
 wheel:

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from bench.document import Section, compared, read, timed, wall_s, written
 from bench.sections import SECTIONS, Run
+from bench.stamp import afresh
+from bridge.files import write_whole
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -29,7 +31,7 @@ def main() -> None:
     run = Run(ROOT / "runs", ROOT / "docs", ROOT / "bench" / "results", arguments.short)
     run.cache.mkdir(exist_ok=True)
     target = run.docs / "benchmarks.md"
-    # Taken before the first measurement: if code changes meanwhile, the figures come from the code before.
+    # Taken before the first measurement: if code changes meanwhile, the figures don't count for the code after.
     codes = {name: measurement.code for name, measurement in SECTIONS.items()}
     for name in arguments.sections or [name for name in SECTIONS if name not in asked]:
         with timed(run.cache / "bench", name, codes[name]):
@@ -39,8 +41,9 @@ def main() -> None:
         page = Section(
             text, codes[name], wall_s=_took_s(run, name, codes[name], sections.get(name)), asked=name in asked
         )
-        text = written(compared({**sections, name: page}, codes), tuple(SECTIONS))
-        target.write_text(text, encoding="utf-8")
+        now = {other: afresh(*measurement.sources) for other, measurement in SECTIONS.items()}
+        text = written(compared({**sections, name: page}, now), tuple(SECTIONS))
+        write_whole(target, text)
 
 
 def _took_s(run: Run, name: str, code: str, before: Section | None) -> float | None:

@@ -30,6 +30,8 @@ from identify.ingest.open import read_dive
 VEHICLE = "ruvifist"
 CONFIGURATIONS = ("survey", "hovering")
 """The two campaigns of the paper: each configuration dives the mission of its own name."""
+SOURCES = (*SIMULATED, "bench/campaigns.py")
+"""The code that a dive comes from (`bench.stamp`)."""
 
 
 @dataclass(frozen=True)
@@ -63,7 +65,7 @@ def dived(
     """The dive of a mission by a seed, with `feed_forward` as given; read from `cache` if it was dived before."""
     file = load_vehicle(f"{VEHICLE}:{configuration}")
     given = dict(sorted((feed_forward or {}).items()))
-    digest = hashlib.sha256(json.dumps([given, stamp(*SIMULATED)]).encode()).hexdigest()[:8]
+    digest = hashlib.sha256(json.dumps([given, stamp(*SOURCES)]).encode()).hexdigest()[:8]
     folder = cache / f"{configuration}-{mission}-{mode.name.lower()}-{seed}-{digest}"
     log, truth = folder / "telemetry.tlog", folder / "truth.npz"
     if not truth.exists():

@@ -14,7 +14,7 @@ from bench.campaigns import Dived, dived
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import PAPER, SMALL, PaperOptions, estimate_with_curves
 from bench.stamp import BASELINES, LEARNT, SIMULATED, stamp
-from bench.words import paragraph, table
+from bench.words import paragraph, percent, table
 
 SOURCES = (
     *SIMULATED,
@@ -91,7 +91,7 @@ def _lines(measured: Data) -> list[str]:
             f"Algorithm 1 with the paper's own network, LSTM of {PAPER.depth} x {PAPER.hidden} (38.3 million weights),",
             f"for {PAPER.epochs} epochs on the paper's survey, as the simulated vehicle dives it. Errors against the",
             "truth in per cent. Settled: every parameter within 1 % of where it ends, the loss within 5 %. The two",
-            f"networks end at most {100 * apart:.2g} % apart.",
+            f"networks end at most {percent(apart)} % apart.",
         ),
         "",
         *table(HEAD, rows),

@@ -1,12 +1,13 @@
 """Results kept as JSON lines, so that a benchmark resumes where it stopped, even after a kill."""
 
+import gzip
 import json
 import math
 import multiprocessing
 import os
 import signal
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from typing import Any
 from rich.progress import track
 
 from bridge.errors import LogError
+from bridge.files import whole
 from gcs_plugin.job import end_with_parent
 
 Data = dict[str, Any]
@@ -70,6 +72,10 @@ class Remembered:
                         self.put(running[done], done.result())
                 finally:
                     pool.shutdown(cancel_futures=True)
+                    # What ran on while another failed, or at Ctrl-C, has ended by now.
+                    for ran, key in running.items():
+                        if key not in self._known and not ran.cancelled() and ran.exception() is None:
+                            self.put(key, ran.result())
         return {key: self._known[key] for key in jobs}
 
     def _take(self, line: str) -> None:
@@ -79,6 +85,14 @@ class Remembered:
         except json.JSONDecodeError:
             return
         self._known[kept["key"]] = kept["data"]
+
+
+def pack(rows: Iterable[Data], path: Path) -> None:
+    """Write rows to a gzipped file of JSON lines, whole or not at all; the same rows give the same bytes."""
+    text = "".join(json.dumps(row) + "\n" for row in rows)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with whole(path) as file:
+        file.write(gzip.compress(text.encode(), mtime=0))
 
 
 def _take_one_core() -> None:

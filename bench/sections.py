@@ -21,7 +21,7 @@ from bench.mutants import section as mutants
 from bench.operation import flying, gap_monitor, station
 from bench.speed import bags, reading
 from bench.speed import identification as speed
-from bench.stamp import Source, stamp
+from bench.stamp import Source, reached, stamp
 from bench.tracking import ladder
 from bench.tracking import section as tracking
 from bench.unknown import section as unknown
@@ -43,6 +43,11 @@ class Run:
     def kept(self) -> Path:
         """Folder of the results that most sections keep."""
         return self.cache / "bench"
+
+    @property
+    def packed(self) -> Path:
+        """Folder of packed rows: the repository's, which hold the full form's alone."""
+        return self.kept if self.short else self.results
 
     @property
     def campaigns(self) -> tuple[int, ...]:
@@ -67,17 +72,13 @@ class Measurement:
         return stamp(*self.sources)
 
 
-def _power(run: Run) -> str:
-    results = run.kept if run.short else run.results
-    return power.section(run.kept, results / "power.jsonl.gz", run.short)
-
-
 _TRIALS = tuple(source for group in accuracy_trials.SOURCES.values() for source in group)
+_TOLD = reached(*(f"bench/accuracy/{name}.py" for name in ("section", "tally", "pooled", "trials")))
 _FIRST = CAMPAIGN_SEEDS[0]
 SECTIONS = {
     "accuracy": Measurement(
-        lambda run: accuracy.section(run.seeds(100, 1000), run.cache, run.results / "accuracy.jsonl.gz"),
-        _TRIALS,
+        lambda run: accuracy.section(run.seeds(100, 1000), run.cache, run.packed / "accuracy.jsonl.gz"),
+        (*_TRIALS, *_TOLD),
     ),
     "speed": Measurement(lambda run: speed.page(run.kept, _FIRST), speed.SOURCES),
     "reading": Measurement(lambda run: reading.page(run.kept, _FIRST), reading.SOURCES),
@@ -102,6 +103,10 @@ SECTIONS = {
     "unknown": Measurement(lambda run: unknown.section(run.kept, run.short), unknown.SOURCES),
     "diagnosis": Measurement(lambda run: diagnosis.section(run.kept, run.short), of_diagnosis.SECTION),
     "ardusub": Measurement(lambda run: ardusub.page(run.cache, run.docs), ARDUSUB, asked=True),
-    "power": Measurement(_power, of_diagnosis.POWER, asked=True),
+    "power": Measurement(
+        lambda run: power.section(run.kept, run.packed / "power.jsonl.gz", run.short),
+        of_diagnosis.POWER,
+        asked=True,
+    ),
     "mutants": Measurement(lambda run: mutants.section(run.kept, run.short), mutants.SOURCES, asked=True),
 }

@@ -40,12 +40,22 @@ def stamp(*sources: Source) -> str:
     """Ten hexadecimal digits of the code in files and folders, independent of layout, comments and docstrings.
 
     Nor does it depend on the names and folders of the files, so that code that only moves keeps its figures. Files
-    other than Python count byte by byte.
+    other than Python count byte by byte. It is that of the first call: what runs is the code from then.
     """
+    return afresh(*sources)
+
+
+def afresh(*sources: Source) -> str:
+    """The stamp of the files as they are now."""
     texts = ((file, file.read_text(encoding="utf-8")) for file in files(*sources))
-    meanings = (_meaning(text) if file.suffix == ".py" else text for file, text in texts)
-    digests = sorted(hashlib.sha256(meaning.encode()).digest() for meaning in meanings)
+    digests = sorted(_digest(text, file.suffix == ".py") for file, text in texts)
     return hashlib.sha256(b"".join(digests)).hexdigest()[:10]
+
+
+@cache
+def _digest(text: str, is_code: bool) -> bytes:
+    """Of a file's text, once for all the stamps that it is in."""
+    return hashlib.sha256((_meaning(text) if is_code else text).encode()).digest()
 
 
 def files(*sources: Source) -> list[Path]:

@@ -1,5 +1,6 @@
 """Markdown of the page: paragraphs, tables, and the word for a goal."""
 
+import math
 import textwrap
 from collections.abc import Iterable, Sequence
 
@@ -18,6 +19,13 @@ def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> list[str]:
 
 def _row(cells: Iterable[object]) -> str:
     return "".join(f"| {cell} " if f"{cell}" else "| " for cell in cells) + "|"
+
+
+def percent(share: float) -> str:
+    """A share in per cent, to two digits or, from 100 on, to one per cent; a dash where there is none."""
+    if not math.isfinite(share):
+        return "-"
+    return f"{100 * share:.0f}" if abs(share) >= 0.995 else f"{100 * share:.2g}"
 
 
 def in_a_word(met: bool) -> str:

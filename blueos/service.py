@@ -86,6 +86,8 @@ async def _copy(source: asyncio.StreamReader, target: asyncio.StreamWriter) -> N
         while data := await source.read(CHUNK):
             target.write(data)
             await target.drain()
+    # An end that is an error is one too: who waits on the other side would wait for ever.
+    with contextlib.suppress(OSError):
         if target.can_write_eof():
             target.write_eof()
 

@@ -2,6 +2,7 @@
 
 import argparse
 import itertools
+import re
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -34,7 +35,12 @@ def main(arguments: Sequence[str]) -> int:
     unknown = sorted(set(given.machines.split()) - set(SYSTEMS))
     if unknown:
         parser.error(f"unknown machine {', '.join(unknown)}; known are {', '.join(SYSTEMS)}")
+    odd = [python for python in given.pythons.split() if not re.fullmatch(r"3\.\d+", python)]
+    if odd:
+        parser.error(f"unknown Python {', '.join(odd)}; name it as 3.11")
     targets = [Target(*pair) for pair in itertools.product(given.machines.split(), given.pythons.split())]
+    if not targets:
+        parser.error("name a machine and a version of Python at least")
     given.out.mkdir(parents=True, exist_ok=True)
     flags = given.pip_flags.split()
     try:

@@ -11,6 +11,7 @@ from typing import Final
 
 from packaging.requirements import Requirement
 
+from bridge.files import remedy, whole
 from bundle.complete import holds_on, lacking
 from bundle.targets import Target
 
@@ -150,7 +151,10 @@ def _sha256(path: Path) -> str:
 def _packed(folder: Path) -> Path:
     """Not compressed: wheels are so already."""
     file = folder.with_name(f"{folder.name}.tar")
-    with tarfile.open(file, "w") as archive:
-        archive.add(folder, folder.name)
+    try:
+        with whole(file) as out, tarfile.open(fileobj=out, mode="w") as archive:
+            archive.add(folder, folder.name)
+    except OSError as error:
+        raise BundleError(f"{file}: can't be written ({error.strerror}); {remedy(error)}") from None
     shutil.rmtree(folder)
     return file

@@ -7,7 +7,6 @@ from functools import partial
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import norm
 
 from bench.accuracy.pooled import share95
 from bench.campaigns import CONFIGURATIONS, dived
@@ -16,12 +15,19 @@ from bench.stamp import LEARNT, SIMULATED, stamp
 from bench.words import paragraph, table
 from bridge.errors import FitError
 from identify.estimators.table import DEFAULT, estimator
+from identify.statistics import Z95
 
 GOAL = 0.93, 0.97
 HEAD = (
     "configuration", "parameter", "trials", "inside 95 %", "mean z", "spread of z", "median relative standard error",
 )  # fmt: skip
-SOURCES = (*SIMULATED, *LEARNT, "bench/campaigns.py", "bench/accuracy/coverage.py")
+SOURCES = (
+    *SIMULATED,
+    *LEARNT,
+    "bench/campaigns.py",
+    "bench/accuracy/coverage.py",
+    "bench/accuracy/pooled.py",
+)
 
 
 @dataclass(frozen=True)
@@ -42,7 +48,7 @@ class Trial:
 
     @property
     def relative_std(self) -> float:
-        return float(np.log(self.high95 / self.low95) / (2 * norm.ppf(0.975)))
+        return float(np.log(self.high95 / self.low95) / (2 * Z95))
 
     @property
     def z(self) -> float:

@@ -46,7 +46,7 @@ def starts(dive: Dive, file: VehicleFile) -> Starts:
     """A start at a velocity reading every `WINDOW_S`, for windows that end within the dive.
 
     The velocity is a single DVL reading, carried to the origin by the rates; rates and attitude are interpolated to
-    its time. Windows in which the vehicle stays at rest are left out.
+    its time. Windows in which the vehicle stays at rest are left out, and after a gap no reading begins two.
     """
     if dive.velocity is None or dive.gyro is None or dive.attitude is None or dive.pwm is None:
         return Starts(np.zeros(0), np.zeros((0, 4)), np.zeros((0, 6)))
@@ -54,11 +54,11 @@ def starts(dive: Dive, file: VehicleFile) -> Starts:
     time_s, velocity = dive.velocity.time_s[known], dive.velocity.value[known]
     speed = np.linalg.norm(velocity, axis=1)
     begin = max(float(s.time_s[0]) for s in (dive.velocity, dive.gyro, dive.attitude, dive.pwm))
-    chosen = []
+    chosen: list[int] = []
     for wanted in np.arange(begin, float(time_s[-1]) - WINDOW_S, WINDOW_S):
         first = int(np.searchsorted(time_s, wanted))
         last = int(np.searchsorted(time_s, time_s[first] + WINDOW_S))
-        if last < len(time_s) and speed[first:last].mean() > REST_M_S:
+        if last < len(time_s) and first not in chosen[-1:] and speed[first:last].mean() > REST_M_S:
             chosen.append(first)
     time_s, velocity = time_s[chosen], velocity[chosen]
     rates = dive.gyro.at(time_s)

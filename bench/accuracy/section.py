@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from bench.accuracy.tally import TELLING, Case, Tally, inside95, median_ratio, root_mean_square, tally
-from bench.accuracy.trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, pack
-from bench.remembered import Remembered
+from bench.accuracy.trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, rows_of
+from bench.remembered import Remembered, pack
 from bench.words import in_a_word, paragraph, table
 from bridge.vehicle.coefficients import COEFFICIENTS
 from identify.estimators.comparison import LEAST_DIFFERENCE
@@ -138,7 +138,7 @@ def section(seeds: Sequence[int], cache: Path, results: Path) -> str:
     """The section, from the results in `cache`; runs the missing trials and writes all results to the file
     `results`."""
     bounds, trials = measured(seeds, Remembered(cache / "accuracy.jsonl"))
-    pack(bounds, trials, results)
+    pack(rows_of(bounds, trials), results)
     return page(bounds, trials, tuple(method for method in ORDER if method not in available()))
 
 
@@ -188,7 +188,7 @@ def _overall(tallies: list[Tally]) -> list[str]:
     for tallied in tallies:
         cases = tallied.cases
         z = np.array([case.z for case in cases])
-        relative = np.array([math.expm1(min(case.error * case.least, 50.0)) for case in cases])
+        relative = np.array([case.relative for case in cases])
         counts = (
             tallied.missions,
             len(cases),
@@ -232,12 +232,12 @@ def _by_coefficient(result: Tally, bounds: list[Bound]) -> list[str]:
     rows = []
     for coefficient in COEFFICIENTS:
         cases = [case for case in result.cases if case.name == coefficient.name]
-        least = [bound.least[coefficient.name] for bound in bounds if coefficient.name in bound.least]
+        bound_of = [bound.least.get(coefficient.name, math.inf) for bound in bounds]
         if not cases:
             continue
         z = np.array([case.z for case in cases])
         inside = f"{100 * np.mean([case.inside for case in cases]):.1f} %"
-        bound = f"{100 * np.median(least):.2f} %"
+        bound = f"{100 * np.median([least for least in bound_of if least < TELLING]):.2f} %"
         spread = f"{np.nanmean(z):+.2f}", f"{np.nanstd(z):.2f}"
         rows.append((coefficient.name, bound, len(cases), _ratios(cases), *spread, inside))
     return [f"`{result.method}` by coefficient:", "", *table(BY_COEFFICIENT, rows)]

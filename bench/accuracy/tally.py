@@ -20,13 +20,15 @@ CONVERGED = "converged"
 class Case:
     """A coefficient of a mission as a method states it: error over the bound, and stated uncertainty.
 
-    `error` is that of the logarithm, in units of the bound's relative standard error.
+    `error` is that of the logarithm, in units of the bound's relative standard error, which is `least`; `relative` is
+    that of the value itself.
     """
 
     seed: int
     name: str
     kind: str
     error: float
+    relative: float
     least: float
     inside: bool
     z: float
@@ -83,7 +85,9 @@ def _case(bound: Bound, name: str, stated: Stated, warned: bool) -> Case:
     # A mass below zero has no logarithm: its relative error counts instead.
     error = math.log(ratio) if ratio > 0 else ratio - 1.0
     inside = stated.low95 <= truth <= stated.high95
-    return Case(bound.seed, name, bound.kind, error / least, least, inside, error / stated.std, warned)
+    return Case(
+        bound.seed, name, bound.kind, error / least, ratio - 1.0, least, inside, error / stated.std, warned
+    )
 
 
 def root_mean_square(cases: Iterable[Case]) -> float:

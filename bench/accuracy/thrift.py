@@ -11,7 +11,7 @@ from bench.accuracy.answers import NOT_HERE, TITLES, answer, answered, methods
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import table
+from bench.words import paragraph, percent, table
 from identify.estimators.table import METHODS as PRODUCT
 
 SOURCES = (
@@ -55,18 +55,20 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
         for name in methods()
     }
     results = kept.fill(jobs, "data thrift")
+    first = {name: dived(name, name, seeds[0], dives) for name in CONFIGURATIONS}
     lines = [
         "## Data thrift",
         "",
-        f"Relative error (rms over {len(seeds)} seeds) and, behind it, the median of half the 95 % interval, in per",
-        "cent, from the first seconds of each campaign of the source paper alone, through bytes, bridge and MAVLink.",
-        "The hovering campaign is over after 804 s: its last line is all of it. A dash: no answer for any seed; `/n`:",
-        "from n seeds only.",
+        *paragraph(
+            f"Relative error (rms over {len(seeds)} seeds) and, behind it, the median of half the 95 % interval, in",
+            "per cent, from the first seconds of each campaign of the source paper alone, through bytes, bridge and",
+            f"MAVLink. The hovering campaign is over after {first['hovering'].dive.duration_s:.0f} s: its last line is",
+            "all of it. A dash: no answer for any seed; `/n`: from n seeds only.",
+        ),
         "",
     ]
     for configuration in CONFIGURATIONS:
-        truth = dived(configuration, configuration, seeds[0], dives).truth
-        lines += _table(configuration, seeds, results, truth)
+        lines += _table(configuration, seeds, results, first[configuration].truth)
     if "pinn" not in PRODUCT:
         lines += [NOT_HERE, ""]
     return "\n".join(lines)
@@ -122,6 +124,6 @@ def _table(
 def _words(entry: Cell, seeds: int) -> str:
     if entry.count == 0:
         return "-"
-    interval = f" ±{100 * entry.median_half95:.2g}" if np.isfinite(entry.median_half95) else ""
+    interval = f" ±{percent(entry.median_half95)}" if np.isfinite(entry.median_half95) else ""
     few = f" /{entry.count}" if entry.count < seeds else ""
-    return f"{100 * entry.rms_error:.2g}{interval}{few}"
+    return f"{percent(entry.rms_error)}{interval}{few}"

@@ -4,14 +4,11 @@ A trial is a method on a seed, or the bound of a seed. Its key holds a stamp of 
 a figure of older code is never shown for the present code.
 """
 
-import gzip
-import json
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
-from pathlib import Path
 
 from bench.accuracy.trial import BOUND, OWN, bound_job, method_job
 from bench.remembered import Data, Job, Remembered
@@ -122,8 +119,8 @@ def _seed_of(key: str) -> int:
     return int(key.split(":")[0])
 
 
-def pack(bounds: list[Bound], trials: list[Trial], path: Path) -> None:
-    """Write all results to a gzipped file of JSON lines; the same results give the same bytes."""
+def rows_of(bounds: list[Bound], trials: list[Trial]) -> list[Data]:
+    """All results as JSON, by seed and method."""
     rows = [vars(bound) for bound in bounds]
     for trial in trials:
         stated = {
@@ -131,7 +128,4 @@ def pack(bounds: list[Bound], trials: list[Trial], path: Path) -> None:
             for name, coefficient in trial.stated.items()
         }
         rows.append({**vars(trial), "stated": stated})
-    rows.sort(key=lambda row: (row["seed"], str(row.get("method", ""))))
-    text = "".join(json.dumps(row) + "\n" for row in rows)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.write_bytes(gzip.compress(text.encode(), mtime=0))
+    return sorted(rows, key=lambda row: (row["seed"], str(row.get("method", ""))))

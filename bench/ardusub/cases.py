@@ -9,6 +9,7 @@ from typing import Final
 
 from bench.ardusub.flight import VEHICLE, fly
 from bench.stamp import stamp
+from bridge.files import write_whole
 from bridge.simulator.missions import load_mission
 from bridge.simulator.onset import EAST, HEIGHT, PERIOD, TETHER
 from bridge.simulator.truth import DELAY, Truth, load_truth
@@ -55,7 +56,7 @@ def recording_of(path: Path, runs: Path, name: str, seed: int) -> Path:
     shutil.rmtree(folder, ignore_errors=True)
     flight = fly(path, folder, load_mission(mission), truth_of(case), seed=seed)
     left = {"recording": str(flight.recording.relative_to(folder)), "version": flight.version}
-    note.write_text(json.dumps(mark | left) + "\n", encoding="utf-8")
+    write_whole(note, json.dumps(mark | left) + "\n")
     return flight.recording
 
 

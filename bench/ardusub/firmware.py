@@ -152,7 +152,14 @@ class Firmware:
         self._physics.start()
         self._process = launched(path, folder, number, settings, speedup, body.step_hz)
         base = LINKS_PORT + 10 * number
-        self.ground, self.aboard = (reached(f"tcp:127.0.0.1:{base + 2 * link}") for link in range(2))
+        self._links: list[Link] = []
+        try:
+            for port in (base, base + 2):
+                self._links.append(reached(f"tcp:127.0.0.1:{port}"))
+        except LinkError:
+            self.close()
+            raise
+        self.ground, self.aboard = self._links
 
     def fly(self, script: Script) -> None:
         """Run a script to its end; raises its exceptions."""
@@ -169,8 +176,8 @@ class Firmware:
         self._process.wait()
         self._stop.set()
         self._physics.join(10.0)
-        self.ground.close()
-        self.aboard.close()
+        for link in self._links:
+            link.close()
 
     def _tick(self) -> None:
         if self._script is None or self.body.time_s < self._due_s:

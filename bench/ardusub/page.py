@@ -7,7 +7,6 @@ is flown again, one that other code identified is read again.
 """
 
 import json
-import math
 import subprocess
 import sys
 from collections.abc import Mapping, Sequence
@@ -26,9 +25,11 @@ from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
 from bench.ardusub.sources import SOURCES
 from bench.stamp import ROOT, stamp
+from bench.words import percent
 from bench.words import table as bench_table
 from bridge import exit_codes
 from bridge.errors import FitError
+from bridge.files import write_whole
 from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
 
@@ -55,7 +56,7 @@ def page(runs: Path, docs: Path) -> str:
     flown = f"Flown with ArduSub {' and '.join(versions(runs / 'ardusub'))}."
     text = with_block(target.read_text(encoding="utf-8"), BEGIN, f"{flown}\n\n{table(results)}")
     followed_by = "\n".join(followed(results[FOLLOWING]))
-    target.write_text(with_block(text, BEGIN_FOLLOWED, followed_by), encoding="utf-8")
+    write_whole(target, with_block(text, BEGIN_FOLLOWED, followed_by))
     return "Dives of the real ArduSub, its companion beside it: [their table](ardusub.md#figures)."
 
 
@@ -85,7 +86,7 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
         accepted = ("--accepted", str(model), "--despite-doubts") if model.exists() else ()
         figures["log"] = diagnosed(answer_of("diagnose", log_of(first)))
         figures["after"] = diagnosed(answer_of("diagnose", recording_of(path, runs, name, 2), *accepted))
-    kept.write_text(json.dumps(figures, indent=1) + "\n", encoding="utf-8")
+    write_whole(kept, json.dumps(figures, indent=1) + "\n")
     return figures
 
 
@@ -112,9 +113,10 @@ def answer_of(verb: str, recording: Path, *options: str) -> dict[str, Any]:
         "--json",
         str(out),
     ]
-    # Code 1: an answer with doubts.
+    out.unlink(missing_ok=True)
+    # Code 1: an answer with doubts, or none.
     code = subprocess.run(command, cwd=ROOT, check=False, stdout=subprocess.DEVNULL).returncode
-    if code not in (exit_codes.DONE, exit_codes.NO):
+    if code not in (exit_codes.DONE, exit_codes.NO) or not out.exists():
         raise FitError(f"seatrial {verb} ended with {code}", of=str(recording))
     answer: dict[str, Any] = json.loads(out.read_text(encoding="utf-8"))
     return answer
@@ -196,14 +198,14 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
     and the widest intervals."""
     names, hand_s, by_way = list(figures["hand"]), figures["hand_s"], figures["flights"]
     known_s = {way: [flight["known_s"] for flight in flights] for way, flights in by_way.items()}
-    rows = [("laps by sticks, all of them", f"{hand_s:.0f} s", *map(_percent, figures["hand"].values()))]
+    rows = [("laps by sticks, all of them", f"{hand_s:.0f} s", *map(percent, figures["hand"].values()))]
     for way, words in (
         (WIDEST, "every mass is known to the widest of these"),
         (EACH, "each mass is known as by laps"),
     ):
         widest = [max(flight["flown"][name] for flight in by_way[way]) for name in names]
         words = f"`fly` until {words}, the worst of {len(by_way[way])} flights"
-        rows.append((words, f"{max(known_s[way]):.0f} s", *map(_percent, widest)))
+        rows.append((words, f"{max(known_s[way]):.0f} s", *map(percent, widest)))
     every = [flight for flights in by_way.values() for flight in flights]
     masses = [mass for flight in every for mass in flight["masses"].values()]
     off = max(abs(value / true - 1) for true, value, _, _ in masses)
@@ -214,7 +216,7 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
     return [
         *bench_table(("known to, % of the value", "after", *names), rows),
         "",
-        f"The widest of the laps' intervals of a mass was {100 * figures['share']:.2g} %: for that `fly` took "
+        f"The widest of the laps' intervals of a mass was {percent(figures['share'])} %: for that `fly` took "
         f"{shares[WIDEST]} of their time, and for each mass as by laps {shares[EACH]}, "
         f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. The "
         f"masses of these flights were off by {100 * off:.1f} % at most, and {holding} of {len(masses)} of their "
@@ -243,12 +245,6 @@ def followed(figures: Mapping[str, Any]) -> list[str]:
         "",
         f"{script} Flown with ArduSub {figures['version']}.",
     ]
-
-
-def _percent(width: float) -> str:
-    if not math.isfinite(width):
-        return "-"
-    return f"{100 * width:.0f}" if width >= 1.0 else f"{100 * width:.2g}"
 
 
 def _answered(figures: Mapping[str, Any]) -> str:

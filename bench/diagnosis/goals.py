@@ -136,7 +136,8 @@ def lines(score: Score) -> list[str]:
         *table(("what", "figure"), rows),
         "",
         *paragraph(
-            "A goal is judged by the figure itself. A dive that the diagnosis refused counts as wrong. The true class",
+            "A goal is judged by the figure itself. A dive that the diagnosis refused names nothing, tells no degree",
+            "of freedom and has no verdict, and where nothing hides it is left out of the false alarms. The true class",
             "holds the causes that no method can tell apart from such a recording",
             "(`identify/challenge/indistinguishable.py`).",
             "How large an effect truly is, is told by the library's form that comes nearest to what was planted, over",

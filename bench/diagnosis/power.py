@@ -11,12 +11,12 @@ from functools import partial
 from pathlib import Path
 
 from bench.diagnosis import goals
-from bench.diagnosis.plan import FULL, POWER, POWER_BENCH, SHORT, Planned, power_planned
+from bench.diagnosis.plan import FULL, SHORT, Planned, power_planned
 from bench.diagnosis.sources import DECIDED
 from bench.diagnosis.tables import EACH_POINT, by_size, judged
 from bench.diagnosis.trials import trial, trial_job
-from bench.remembered import Data, Job, Remembered
-from bench.stamp import stamp
+from bench.remembered import Data, Job, Remembered, pack
+from bench.stamp import ROOT, stamp
 from bench.words import paragraph, table
 from identify.challenge.score import CLEAR, Rate
 
@@ -26,13 +26,15 @@ POINTS = 3
 def section(cache: Path, results: Path, short: bool) -> str:
     """The section, from the results in `cache` and in the packed file `results`; runs the missing dives."""
     kept = Remembered(cache / "power.jsonl")
-    jobs = jobs_of(power_planned(SHORT if short else FULL))
+    plan = power_planned(SHORT if short else FULL)
+    jobs = jobs_of(plan)
     unpack(kept, results, jobs)
     try:
         rows = list(kept.fill(jobs, "power of the diagnosis").values())
     finally:
-        pack({key: kept.get(key, dict) for key in jobs if key in kept}, results)
-    return page(rows)
+        done = sorted(key for key in jobs if key in kept)
+        pack(({"key": key, "data": kept.get(key, dict)} for key in done), results)
+    return page(rows, plan[0].seed, results)
 
 
 def jobs_of(plan: Sequence[Planned]) -> dict[str, Job]:
@@ -63,15 +65,8 @@ def unpack(kept: Remembered, results: Path, wanted: Container[str]) -> None:
             kept.put(row["key"], row["data"])
 
 
-def pack(rows: dict[str, Data], results: Path) -> None:
-    """Write rows to a gzipped file of JSON lines; the same rows give the same bytes."""
-    text = "".join(json.dumps({"key": key, "data": rows[key]}) + "\n" for key in sorted(rows))
-    results.parent.mkdir(parents=True, exist_ok=True)
-    results.write_bytes(gzip.compress(text.encode(), mtime=0))
-
-
-def page(rows: Sequence[Data]) -> str:
-    """The section from its rows."""
+def page(rows: Sequence[Data], first: int, results: Path) -> str:
+    """The section from its rows, of seeds from `first` on, which are packed in `results`."""
     names = sorted({str(row["effect"]) for row in rows})
     lines = []
     for name in names:
@@ -84,9 +79,9 @@ def page(rows: Sequence[Data]) -> str:
             "",
             *paragraph(
                 f"How large each effect has to be to be named: {len(rows)} dives as in the section on the diagnosis,",
-                f"seeds from {POWER_BENCH + POWER} on, {len(names)} effects each alone; those that a refit takes up",
-                f"whole have nothing to be seen by. A point holds {EACH_POINT} dives or more, cut by size. Every row",
-                "is in `bench/results/power.jsonl.gz`.",
+                f"seeds from {first} on, {len(names)} effects each alone; those that a refit takes up whole have",
+                f"nothing to be seen by. A point holds {EACH_POINT} dives or more, or all of its effect, cut by size.",
+                f"Every row is in `{results.relative_to(ROOT)}`.",
             ),
             "",
             *_over_all(rows),

@@ -1,5 +1,6 @@
 """The code that the figures of the diagnosis depend on (`bench.stamp`)."""
 
+from bench.field.sources import MADE
 from bench.stamp import Part, reached
 
 ANSWERS = (
@@ -7,9 +8,8 @@ ANSWERS = (
     *reached("bench/diagnosis/trials.py"),
     "configs/thrusters/*.csv",
 )
-SPEED = (*ANSWERS, *reached("bench/field/draw.py"), "bench/diagnosis/speed.py", "tui/commands/diagnose.py")
-_PAGE = tuple(f"bench/diagnosis/{name}.py" for name in ("goals", "page", "tables"))
-SECTION = (*SPEED, *_PAGE)
+SPEED = (*ANSWERS, *reached(*MADE, "bench/diagnosis/speed.py", "tui/commands/diagnose.py"))
+SECTION = (*SPEED, *reached(*(f"bench/diagnosis/{name}.py" for name in ("goals", "page", "tables"))))
 CARRIED = ("identify/effects/", "bridge/vehicle/")
 
 
@@ -19,7 +19,7 @@ def _decides(path: str) -> bool:
     )
 
 
-DECIDED = (Part(ANSWERS, _decides),)
+DECIDED = (Part((*ANSWERS, "identify/challenge/score.py"), _decides),)
 """Code that plants an effect and names it, without the link and the files between: its values are tested separately,
 and a change there does not discard rows of the power curves, which take hours."""
 POWER = (*DECIDED, *(f"bench/diagnosis/{name}.py" for name in ("goals", "power", "tables")))

@@ -1,6 +1,7 @@
 """`python -m bench.field make` writes field dives as folders, `score` diagnoses such folders and prints the tables."""
 
 import argparse
+import hashlib
 import sys
 import tempfile
 from functools import partial
@@ -8,13 +9,14 @@ from pathlib import Path
 
 from bench.remembered import Remembered
 from bench.stamp import stamp
+from bridge.command_line import seed
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.field", description=__doc__)
     commands = parser.add_subparsers(required=True, metavar="make | score")
     make = commands.add_parser("make", help="write dives as folders")
-    make.add_argument("--seed", type=int, required=True)
+    make.add_argument("--seed", type=seed, required=True)
     make.add_argument("--count", type=int, required=True)
     make.add_argument("--out", type=Path, required=True)
     make.set_defaults(run=_make)
@@ -25,7 +27,7 @@ def main() -> None:
         "folders", type=Path, nargs="+", metavar="DIR", help="a dive's folder, or one that holds such"
     )
     score.add_argument("--kept", type=Path, help="a file of JSON lines: what is in it is not diagnosed again")
-    score.set_defaults(run=_score)
+    score.set_defaults(run=partial(_score, score))
     arguments = parser.parse_args()
     arguments.run(arguments)
 
@@ -44,18 +46,29 @@ def _make(arguments: argparse.Namespace) -> None:
         sys.stdout.flush()
 
 
-def _score(arguments: argparse.Namespace) -> None:
+def _score(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
     from bench.field.answers import folder_job
     from bench.field.score import judged
     from bench.field.section import lines
     from bench.field.sources import ANSWERS
 
     folders = [place.parent for folder in arguments.folders for place in sorted(folder.glob("**/truth.yaml"))]
+    if not folders:
+        parser.error(f"there is no dive in {', '.join(map(str, arguments.folders))}; `make` writes some")
     with tempfile.TemporaryDirectory() as spare:
         kept = Remembered(arguments.kept or Path(spare) / "kept.jsonl")
-        jobs = {f"{folder.resolve()}:{stamp(*ANSWERS)}": partial(folder_job, folder) for folder in folders}
+        jobs = {
+            f"{folder.resolve()}:{_digest(folder)}:{stamp(*ANSWERS)}": partial(folder_job, folder)
+            for folder in folders
+        }
         cases = [judged(data) for data in kept.fill(jobs, "field dives").values()]
         sys.stdout.write("\n".join([*lines(cases), ""]))
+
+
+def _digest(folder: Path) -> str:
+    """Ten hexadecimal digits of a dive's files: another dive may be made in its folder."""
+    texts = (path.read_bytes() for path in sorted(folder.iterdir()) if path.is_file())
+    return hashlib.sha256(b"".join(texts)).hexdigest()[:10]
 
 
 if __name__ == "__main__":

@@ -42,7 +42,10 @@ HORIZONS_S = (1.0, 5.0)
 
 @dataclass(frozen=True)
 class ForecastRow:
-    """The check dive at (n,) times: window of each, and velocities (n, 6) measured and predicted."""
+    """The check dive at (n,) times: window of each, and velocities (n, 6) measured and predicted.
+
+    The first time of a window is a step after the measured velocity that its prediction begins with.
+    """
 
     time_s: Array
     window: NDArray[np.int64]
@@ -170,30 +173,39 @@ def _regressed(rows: Sequence[Array], delay_s: float) -> Regressed:
 def fly(model: Regressed, check: Dive, file: VehicleFile, name: str, foretold: ForecastRow) -> Array:
     """Velocities (n, 6) by the recorded thrust and attitude alone, each window from the measured velocity at its start.
 
-    Rates of roll and pitch are the measured ones. NaN once the model has run away, and in roll and pitch after the
-    first row.
+    Rates of roll and pitch are the measured ones. NaN once the model has run away, and in roll and pitch.
     """
     assert check.attitude is not None
     history, shape = wrench(check, file, name), file.vehicle.configurations[name]
     starts = np.flatnonzero(np.diff(foretold.window, prepend=-1))
     length = len(foretold.window) // len(starts)
-    at_s = foretold.time_s[starts]
-    nu = np.nan_to_num(foretold.measured[starts])
+    step_s = float(foretold.time_s[1] - foretold.time_s[0])
+    at_s = foretold.time_s[starts] - step_s
+    nu = begun_with(foretold, starts, step_s)
     out = np.full((len(starts), length, 6), np.nan)
-    out[:, 0] = nu
-    each = max(round(float(foretold.time_s[1] - foretold.time_s[0]) / STEP_S), 1)
-    h = float(foretold.time_s[1] - foretold.time_s[0]) / each
+    each = max(round(step_s / STEP_S), 1)
+    h = step_s / each
     measured = np.nan_to_num(foretold.measured).reshape(len(starts), length, 6)
-    for row in range(1, length):
+    for row in range(length):
         nu[:, 3:5] = measured[:, row, 3:5]
         for part in range(each):
-            now_s = at_s + h * (each * (row - 1) + part + 0.5)
+            now_s = at_s + h * (each * row + part + 0.5)
             push = history.at(now_s - model.delay_s) - _restoring(shape, attitude_at(check.attitude, now_s))
             half = nu + 0.5 * h * _rate(model, nu, push)
             nu = nu + h * _rate(model, half, push)
         nu[np.abs(nu).max(axis=1) > RUNAWAY] = np.nan
         out[:, row, list(AXES)] = nu[:, list(AXES)]
     return out.reshape(-1, 6)
+
+
+def begun_with(foretold: ForecastRow, starts: NDArray[np.int64], step_s: float) -> Array:
+    """The measured velocities (w, 6), a step before the first rows (w,) of the windows, that they begin with: the last
+    of the window before where that ends there, or else what the first two of the window come from."""
+    measured = np.nan_to_num(foretold.measured)
+    before = 2.0 * measured[starts] - measured[starts + 1]
+    follows = np.flatnonzero(np.diff(foretold.time_s)[starts[1:] - 1] < 1.5 * step_s) + 1
+    before[follows] = measured[starts[follows] - 1]
+    return np.asarray(before)
 
 
 def _rate(model: Regressed, nu: Array, push: Array) -> Array:

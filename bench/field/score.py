@@ -96,8 +96,8 @@ class Judged:
         """Whether a cause matches the hidden effect by name and, if both give one, by thruster number."""
         if named.name != self.effect:
             return False
-        said, true = named.parameters.get("thruster"), self.truth["effect_parameters"].get("thruster")
-        return said is None or true is None or round(said[0]) == round(true)
+        true = self.truth["effect_parameters"].get("thruster")
+        return true is None or named.may_be_of(true)
 
 
 def judged(data: Data) -> Judged:

@@ -131,15 +131,19 @@ def further_figures(cases: Sequence[Judged]) -> list[str]:
     """Further figures next to the goals, in a few sentences."""
     hidden, empty = [case for case in cases if not case.empty], [case for case in cases if case.empty]
     named, also = rate_named(cases), rate_also(cases)
-    weighted = (named.hits + 0.5 * also.hits) / named.of if named.of else math.nan
+    half = (
+        f"; counted by half, {100 * (named.hits + 0.5 * also.hits) / named.of:.1f} % are named"
+        if named.of
+        else ""
+    )
     clean = sum(not case.false() for case in empty)
     verdicts = Counter(case.verdict for case in hidden)
     verdicts_empty = Counter(case.verdict for case in empty)
     seconds = [case.seconds for case in cases]
     refused = [f"{case.truth['name']} ({case.refusal})" for case in cases if case.answer is None]
     return paragraph(
-        f"Named only among those that an accepted cause could not be told from: {figure_words(also)}; counted by half,",
-        f"{100 * weighted:.1f} % are named. Of {len(empty)} dives that hide nothing {clean} came without a false cause",
+        f"Named only among those that an accepted cause could not be told from: {figure_words(also)}{half}.",
+        f"Of {len(empty)} dives that hide nothing {clean} came without a false cause",
         f"(verdicts: {_counted(verdicts_empty)}); verdicts where something hides: {_counted(verdicts)}.",
         f"One diagnosis with its check dive: median {statistics.median(seconds):.1f} s of one core, slowest",
         f"{max(seconds):.1f} s. Refused: {'; '.join(refused) if refused else 'none'}.",
@@ -196,8 +200,10 @@ def by_size(cases: Sequence[Judged]) -> list[str]:
 
 def wrong(cases: Sequence[Judged]) -> list[str]:
     """Table of the causes that were accepted and not present."""
-    said = Counter(cause.name for case in cases for cause in case.false())
-    empty = Counter(cause.name for case in cases if case.empty for cause in case.false())
+    said, empty = (
+        Counter(name for case in some for name in dict.fromkeys(cause.name for cause in case.false()))
+        for some in (cases, [case for case in cases if case.empty])
+    )
     if not said:
         return ["No false cause was accepted."]
     rows = [(f"`{name}`", count, empty[name]) for name, count in said.most_common()]

@@ -59,8 +59,9 @@ def page(verdicts: Sequence[Verdict], wanted: int) -> str:
         ),
         "",
         *paragraph(
-            f"Goal: {100 * GOAL:.0f} % noticed. {100 * share:.1f} %: {judged}. Tests were added for changes of this",
-            "draw that survived at first: another seed tells how other changes fare.",
+            f"Goal: {100 * GOAL:.0f} % noticed. {f'{100 * share:.1f} %' if verdicts else 'None has run'}: {judged}.",
+            "Tests were added for changes of this draw that survived at first: another seed tells how other changes",
+            "fare.",
         ),
         "",
         *table(

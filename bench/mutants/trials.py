@@ -62,7 +62,7 @@ class Checkout:
 
     def judged(self, mutant: Mutant, kept: Remembered) -> Verdict:
         """Whether a test fails of a mutant, from results in `kept` if neither its file nor that test has changed."""
-        key = f"{mutant} in {stamp(mutant.file)}"
+        key = f"{mutant} at byte {mutant.begin} in {stamp(mutant.file)}"
         if key in kept:
             known = kept.get(key, dict)
             if known["code"] == stamp(known["by"] or "tests"):

@@ -16,8 +16,8 @@ import numpy as np
 
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
-from bench.stamp import reached, stamp
-from bench.words import paragraph, table
+from bench.stamp import LEARNT, SIMULATED, reached, stamp
+from bench.words import paragraph, percent, table
 from bridge.clock import Clock
 from bridge.flight.limits import FlightLimits
 from bridge.links.link import Link
@@ -32,6 +32,8 @@ from identify.run.plan import before_dives, plan
 from tui.flight_recording import recorded_crew, widths_of
 
 SOURCES = (
+    *SIMULATED,
+    *LEARNT,
     *reached("tui/flight_recording.py", "gcs_plugin/simulated.py", "identify/run/plan.py"),
     "bench/operation/flying.py",
 )
@@ -114,7 +116,7 @@ def figures(hand_s: float, by_hand: Widths, wanted: Wanted, outcome: Outcome, to
         "identify_s": float(np.mean(took_s)),
         "share": wanted.share,
         "hand": {name: by_hand[name] for name in wanted.names},
-        "flown": {name: outcome.widths[name] for name in wanted.names},
+        "flown": {name: outcome.widths.get(name, np.inf) for name in wanted.names},
     }
 
 
@@ -169,13 +171,15 @@ def lines(results: dict[str, Data]) -> list[str]:
     rows = []
     for configuration in CONFIGURATIONS:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
-        middle = {
-            key: float(np.median([d[key] for d in data])) for key in ("share", "hand_s", "known_s", "whole_s")
-        }
-        seconds = [f"{middle[key]:.0f} s" for key in ("hand_s", "known_s", "whole_s")]
-        share = f"1/{middle['hand_s'] / middle['known_s']:.1f}"
-        asked = f"{100 * middle['share']:.1f}%"
-        rows.append((configuration, len(data), asked, *seconds[:2], share, seconds[2]))
+        # A flight that never knew enough took for ever.
+        share, hand_s, known_s, whole_s = (
+            float(np.median(np.nan_to_num([d[key] for d in data], nan=np.inf)))
+            for key in ("share", "hand_s", "known_s", "whole_s")
+        )
+        known = (f"{known_s:.0f} s", f"1/{hand_s / known_s:.1f}") if np.isfinite(known_s) else ("never", "-")
+        rows.append(
+            (configuration, len(data), f"{100 * share:.1f}%", f"{hand_s:.0f} s", *known, f"{whole_s:.0f} s")
+        )
     out += [
         *table(HEAD, rows),
         "",
@@ -186,7 +190,7 @@ def lines(results: dict[str, Data]) -> list[str]:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         names = list(data[0]["hand"])
         rows = [
-            (words, *(f"{100 * float(np.median([d[way][name] for d in data])):.2g}" for name in names))
+            (words, *(percent(float(np.median([d[way][name] for d in data]))) for name in names))
             for way, words in (("hand", "by hand"), ("flown", "flown"))
         ]
         out += [*table((configuration, *names), rows), ""]

@@ -9,23 +9,23 @@ import contextlib
 import os
 import re
 import shutil
-import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from textual.pilot import Pilot
 
+from bench.campaigns import SOURCES as DIVED
 from bench.campaigns import dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import LEARNT, reached, stamp
 from bench.words import paragraph, table
 from bridge.clock import SystemClock
-from bridge.errors import LinkTimeout
+from bridge.errors import LinkError, LinkTimeout
 from bridge.links.open import open_link
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
@@ -37,7 +37,7 @@ from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
 from tui.app.station import LinkSource, Station
 
-SOURCES = (*SIMULATED, *LEARNT, "gcs_plugin", "tui/app/*.py", "tui/app/screens", "bench/operation/station.py")
+SOURCES = (*DIVED, *LEARNT, "gcs_plugin", "tui/app/screens", *reached("bench/operation/station.py"))
 CONFIGURATION = "hovering"
 VEHICLE = f"ruvifist:{CONFIGURATION}"
 SIZE = (80, 24)
@@ -145,15 +145,22 @@ def _afloat(folder: Path) -> Iterator[Path]:
     records = recorder.record_command(
         ["--link", link.replace("udpout", "udpin"), "--vehicle", VEHICLE, "--out", str(dives)]
     )
-    with subprocess.Popen(words, cwd=folder, stderr=subprocess.DEVNULL) as vehicle:
+    with _running(words, folder), _running(records, folder) as recording:
+        while held(time.time()) is None:
+            if recording.poll() is not None:
+                raise LinkError(f"the recording ended with {recording.returncode} before it had begun")
+            time.sleep(0.1)
+        yield dives
+
+
+@contextlib.contextmanager
+def _running(words: Sequence[str], folder: Path) -> "Iterator[subprocess.Popen[bytes]]":
+    """A program that ends with the block, however that ends."""
+    with subprocess.Popen(words, cwd=folder, stderr=subprocess.DEVNULL) as process:
         try:
-            with subprocess.Popen(records, stderr=subprocess.DEVNULL) as recording:
-                while held(time.time()) is None:
-                    time.sleep(0.1)
-                yield dives
-                recording.send_signal(signal.SIGINT)
+            yield process
         finally:
-            vehicle.terminate()
+            process.terminate()
 
 
 def lines_of(timed: Data, dive_s: float) -> list[str]:

@@ -1,5 +1,6 @@
 """Opening a bag of ROS: from the file to a dive's arrays, compared with its library's bare iteration over the file."""
 
+import shutil
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -11,11 +12,11 @@ from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
 from bench.remembered import Data, Remembered
-from bench.stamp import stamp
+from bench.stamp import reached, stamp
 from bench.words import in_a_word, paragraph, table
 from identify.ingest.open import read_dive
 
-SOURCES = ("bench/speed/bags.py", "identify/checks", "identify/dive.py", "identify/ingest")
+SOURCES = reached("bench/speed/bags.py")
 RATE_HZ, HOUR_S = 100, 3600
 START_NS = 1_700_000_000_000_000_000
 ROUNDS = 3
@@ -83,7 +84,9 @@ def hour(form: str, cache: Path, seconds: int = HOUR_S) -> Path:
     done = folder / "whole"
     if done.exists():
         return bag
-    folder.mkdir(parents=True, exist_ok=True)
+    # What a killed run left is no whole bag, and no writer goes on with it.
+    shutil.rmtree(folder, ignore_errors=True)
+    folder.mkdir(parents=True)
     store = get_typestore(Stores.ROS1_NOETIC if form == ".bag" else Stores.ROS2_HUMBLE)
     written: dict[str, Any] = {}
     with _writer(form, folder) as writer:
@@ -98,7 +101,6 @@ def hour(form: str, cache: Path, seconds: int = HOUR_S) -> Path:
 
 def _writer(form: str, folder: Path) -> Any:
     if form == ".bag":
-        (folder / "hour.bag").unlink(missing_ok=True)
         return rosbag1.Writer(folder / "hour.bag")
     plugin = rosbag2.StoragePlugin.MCAP if form == ".mcap" else rosbag2.StoragePlugin.SQLITE3
     return rosbag2.Writer(folder / "hour", version=9, storage_plugin=plugin)

@@ -38,7 +38,14 @@ from identify.align import AlignedDive, aligned
 from identify.estimators.table import METHODS, estimator
 from identify.ingest.open import read_dive
 
-SOURCES = (*SIMULATED, *LEARNT, "bench/baselines", "bench/campaigns.py", "bench/speed/identification.py")
+SOURCES = (
+    *SIMULATED,
+    *LEARNT,
+    "bench/accuracy/answers.py",
+    "bench/baselines",
+    "bench/campaigns.py",
+    "bench/speed/identification.py",
+)
 CONFIGURATION = "survey"
 DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
 REPEATS = 3

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 from pymavlink import mavutil
 
+from bench.campaigns import SOURCES as DIVED
 from bench.campaigns import VEHICLE, dive, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import LEARNT, stamp
 from bench.words import paragraph, table
 from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import load_vehicle
@@ -17,7 +18,7 @@ from bridge.vehicle.mode import Mode
 from bridge.wire.tlog import TlogReader
 from identify.ingest.open import read_dive
 
-SOURCES = (*SIMULATED, *LEARNT, "bench/speed/reading.py", "bench/campaigns.py")
+SOURCES = (*DIVED, *LEARNT, "bench/speed/reading.py")
 CONFIGURATION = "survey"
 ROUNDS = 3
 HOUR = """
@@ -46,7 +47,7 @@ def page(cache: Path, seed: int) -> str:
 
 def hour(cache: Path, seed: int) -> Path:
     """The recording of a one-hour dive, dived once."""
-    log = cache / "dives" / f"hour-{seed}-{stamp(*SIMULATED)}.tlog"
+    log = cache / "dives" / f"hour-{seed}-{stamp(*DIVED, 'bench/speed/reading.py')}.tlog"
     if not log.exists():
         legs, part = log.with_suffix(".yaml"), log.with_suffix(".part")
         legs.write_text(HOUR, encoding="utf-8")

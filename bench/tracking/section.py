@@ -30,6 +30,7 @@ SOURCES = (
     "bench/campaigns.py",
     "bench/tracking/steady.py",
     "bench/tracking/section.py",
+    "identify/validation/tracking.py",
 )
 OTHER_SEA = 700
 """Added to a campaign's seed for the flights after it."""

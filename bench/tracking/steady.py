@@ -17,6 +17,7 @@ from bridge.arrays import Array
 from bridge.simulator.dive import WARM_UP_S
 from bridge.vehicle.legs import Leg
 from identify.estimators.table import DEFAULT
+from identify.statistics import Z95
 
 Legs = Mapping[str, Sequence[float]]
 """Errors of legs in m/s or rad/s, by `axis speed`."""
@@ -33,7 +34,6 @@ HEAD = (
     "configuration", "axis", "speed", "legs", "mean speed", "mean speed, true", "one leg", "one leg, true",
     "parameters alone", "paper, mean speed",
 )  # fmt: skip
-Z95 = 1.96
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from identify.challenge.score import Rate
 
 MADE = ("bench/unknown/grammar.py", "bench/unknown/planted.py", "bench/unknown/trials.py")
 ANSWERS = (*DIAGNOSED, *reached(*MADE))
-SOURCES = (*ANSWERS, "bench/unknown/section.py")
+SOURCES = (*ANSWERS, *reached("bench/unknown/section.py", "bench/diagnosis/goals.py"))
 """Code that the figures depend on (`bench.stamp`)."""
 
 DRAWN, KNOWN, COUNT = 550_000, 551_000, 300

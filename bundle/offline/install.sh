@@ -6,11 +6,15 @@
 set -eu
 here=$(CDPATH= cd -- "$(dirname -- "$0")" && pwd)
 part=ground
-if [ "${1:-}" = --bridge ]; then
-  part=bridge
-  shift
-fi
-folder=${1:-$HOME/seatrial}
+folder=
+for word; do
+  case $word in
+    --bridge) part=bridge ;;
+    -*) echo "there is no $word; it goes: $0 [--bridge] [FOLDER]" >&2; exit 2 ;;
+    *) folder=$word ;;
+  esac
+done
+folder=${folder:-$HOME/seatrial}
 python=${PYTHON:-python3}
 
 command -v "$python" >/dev/null || { echo "there is no $python here; install Python 3.11 or newer, or name one: PYTHON=... $0" >&2; exit 1; }

@@ -22,6 +22,11 @@ class Named:
     probability: float
     parameters: dict[str, tuple[float, float, float]]
 
+    def may_be_of(self, thruster: float) -> bool:
+        """Whether it names that thruster, counted from 1, or none."""
+        number = self.parameters.get("thruster", (math.nan,))[0]
+        return math.isnan(number) or abs(number - thruster) < 0.5
+
 
 @dataclass(frozen=True)
 class Answer:
@@ -54,12 +59,13 @@ def read_answer(path: Path) -> Answer | None:
         raise LogError(f"{path}: can't be read; give the JSON that diagnose wrote") from None
     try:
         return answer_of(json.loads(text))
-    except (ValueError, KeyError, TypeError, AttributeError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise LogError(f"{path}: is no answer of diagnose ({error}); give the JSON that it wrote") from None
 
 
 def answer_of(data: dict[str, Any]) -> Answer:
-    """Parse an answer in the schema's form; ValueError, KeyError, TypeError or AttributeError if it is invalid."""
+    """Parse an answer in the schema's form; ValueError, KeyError, TypeError, AttributeError or OverflowError if it is
+    invalid."""
     if data["verdict"] not in VERDICTS:
         raise ValueError(f"the verdict is '{data['verdict']}'")
     dofs: dict[str, float] = {}
@@ -79,12 +85,18 @@ def answer_of(data: dict[str, Any]) -> Answer:
 
 
 def named_in(effect: Mapping[str, Any]) -> Named:
-    """A cause that an answer names, of its JSON."""
+    """A cause that an answer names, of its JSON; the errors of `answer_of` if it is invalid."""
     parameters = {
         name: (_number(p["value"]), _number(p.get("low95")), _number(p.get("high95")))
         for name, p in effect["parameters"].items()
     }
-    return Named(effect["name"], tuple(effect["also"]), _number(effect["probability"]), parameters)
+    name, *also = names = (effect["name"], *effect["also"])
+    if not all(isinstance(each, str) for each in names):
+        raise TypeError("a cause's name is no text")
+    probability = _number(effect["probability"])
+    if probability < 0.0 or probability > 1.0:
+        raise ValueError(f"the probability of {name} is {probability:g}")
+    return Named(name, tuple(also), probability, parameters)
 
 
 def _number(value: Any) -> float:

@@ -27,6 +27,9 @@ SHARES: dict[Kind, float] = {"none": 0.25, "one": 0.4, "two": 0.2, "novel": 0.15
 SPOILT_SHARE = 0.5
 """A degree of freedom counts as a right answer if its size is at least this share of the largest."""
 
+ROUNDING = 1e-6
+"""Size over the floor below which there is nothing but the computer's rounding."""
+
 UNDETECTABLE = frozenset([*ABSORBED, *BY_NAME_ALONE, "wrong_feedback_log"])
 """Effects that leave no trace of their own, so that they are planted neither in pairs nor as unknown."""
 
@@ -79,7 +82,8 @@ class Case:
         by_dof = sizes(scenario, self.setup.noise, simulated)
         largest = float(by_dof.max())
         spoilt = {dof for planted in self.planted for dof in planted.spoils}
-        affected = [name for i, name in enumerate(DOFS) if by_dof[i] >= SPOILT_SHARE * largest or i in spoilt]
+        least = max(SPOILT_SHARE * largest, ROUNDING)
+        affected = [name for i, name in enumerate(DOFS) if by_dof[i] >= least or i in spoilt]
         values = np.concatenate([self.vehicle.mass, self.vehicle.damping]).tolist()
         return {
             "name": self.name,

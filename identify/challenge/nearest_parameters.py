@@ -251,13 +251,12 @@ def _of_sea(planted: Planted, scenario: Scenario, course: Course) -> Parameters:
         return {"amplitude": _amplitude(water - water.mean(axis=0))}
     if planted.name != "waves":
         return {}
-    ticks = scenario.moving_water()[:: round(course.step_s / (scenario.time_s[1] - scenario.time_s[0]))][
-        : len(course.time_s)
-    ]
+    columns = scenario.moving_water()[:, 6:].T
+    water = np.column_stack([np.interp(course.time_s, scenario.time_s, column) for column in columns])
     fade = np.exp(-scenario.hull.wave_number * (float(np.median(course.depth_m)) - scenario.hull.wave_ref))
     speed, rate = (
         course.in_body(*part[:, :2].T) + part[:, 2:] * course.world[2]
-        for part in (ticks[:, 6:9], ticks[:, 9:12])
+        for part in (water[:, :3], water[:, 3:])
     )
     force = fade * (course.damping[:3] * speed + course.mass[:3] * rate)
     return {"force_amplitude": max(_amplitude(force[:, :2]), _amplitude(force[:, 2:]))}

@@ -161,9 +161,9 @@ class Judged:
         """Whether a name matches an effect by true class; for a single thruster, also its number if given."""
         if name not in alike(effect["name"], bool(self.truth["rpm"])):
             return False
-        number = named.parameters.get("thruster")
-        same = effect["name"] == name and effect["number"] and number is not None
-        return not same or (number is not None and round(number[0]) == effect["number"])
+        if effect["name"] == name and effect["number"]:
+            return named.may_be_of(effect["number"])
+        return True
 
 
 def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) -> Score:

@@ -21,7 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
-from bridge.files import check_small, read_small
+from bridge.files import check_small, read_small, write_whole
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
 from identify.challenge.case import Case, check_of, dive_of, draw_case
@@ -93,7 +93,7 @@ def seal(
         sealed = {"version": 2, "seed": seed, "without": list(without), "cases": truths}
         data = locked((json.dumps(sealed, allow_nan=False) + "\n").encode(), key)
         digest = hashlib.sha256(data).hexdigest()
-        hash_path(folder).write_text(f"{digest}  {folder.name}/{ANSWERS}\n", encoding="utf-8")
+        write_whole(hash_path(folder), f"{digest}  {folder.name}/{ANSWERS}\n")
         (folder / ANSWERS).write_bytes(data)
     except FileExistsError:
         raise LogError(f"{folder}: exists already and is never overwritten; name another folder") from None

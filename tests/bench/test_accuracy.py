@@ -22,7 +22,7 @@ from bench.baselines import least_squares
 from bench.baselines.regression import AxisTerms, axis_terms
 from bench.bound import cramer_rao, information, kernel
 from bench.missions.mission import draw_one
-from bench.remembered import Remembered
+from bench.remembered import Remembered, pack
 from identify.estimators.likelihood.answer import estimate
 from identify.statistics import Z95 as IDENTIFICATION_Z95
 
@@ -115,6 +115,15 @@ def test_a_mass_below_zero_is_an_error_like_any_other():
     (case,) = tally("PySINDy", bounds, [below]).cases
     assert case.error == pytest.approx(-2.0 / 0.02)
     assert math.isnan(case.z)
+    row = next(line for line in accuracy.page(bounds, [below]).splitlines() if line.startswith("| PySINDy"))
+    assert "| -200.00 % | no interval |" in row
+
+
+def test_the_median_bound_of_a_coefficient_is_of_those_that_the_tables_are_of():
+    bounds, trials = efficient(4)
+    for item in bounds[1:]:
+        item.least["M_u"] = 0.6
+    assert "| M_u | 2.00 % | 1 |" in accuracy.page(bounds, trials)
 
 
 @pytest.fixture(params=rest_in_soak((False, True)), ids=lambda computed: "computed" if computed else "given")
@@ -139,7 +148,7 @@ def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path):
     assert "x" not in again
     bounds, trials = accuracy_trials.known({key: again.get(key, dict) for key in data})
     assert set(bounds[0].truth) == set(trials[0].stated) | set(trials[0].refused)
-    accuracy_trials.pack(bounds, trials, tmp_path / "all.jsonl.gz")
+    pack(accuracy_trials.rows_of(bounds, trials), tmp_path / "all.jsonl.gz")
     rows = [
         json.loads(line) for line in gzip.decompress((tmp_path / "all.jsonl.gz").read_bytes()).splitlines()
     ]

@@ -1,9 +1,12 @@
 """The table of the firmware's dives."""
 
+import subprocess
+
 import pytest
 
 from bench.ardusub.flight import version_of
-from bench.ardusub.page import BEGIN, END, followed, page, table, with_block
+from bench.ardusub.page import BEGIN, END, answer_of, followed, page, table, with_block
+from bridge.errors import FitError
 
 MASSES = {"M_u": [17.0, 17.5, 17.1, 17.9], "M_w": [26.0, 26.1, 25.9, 26.3]}
 
@@ -85,6 +88,14 @@ def test_the_firmwares_version_is_read_as_it_is_spoken(number, words):
 
 def test_a_block_of_the_page_is_written_anew_and_the_rest_of_it_stays():
     assert with_block(f"a {BEGIN}\nold\n{END} b {END} c", BEGIN, "new") == f"a {BEGIN}\nnew\n{END} b {END} c"
+
+
+def test_an_answer_of_an_earlier_run_is_not_taken_for_that_of_a_dive_that_is_refused(tmp_path, monkeypatch):
+    (tmp_path / "identify.json").write_text("{}", encoding="utf-8")
+    refused = subprocess.CompletedProcess([], 1)
+    monkeypatch.setattr("bench.ardusub.page.subprocess.run", lambda *_, **__: refused)
+    with pytest.raises(FitError, match="seatrial identify ended with 1"):
+        answer_of("identify", tmp_path / "ring" / "dive.tlog")
 
 
 def test_without_the_firmware_the_table_stays_and_the_reason_is_said(tmp_path, monkeypatch):

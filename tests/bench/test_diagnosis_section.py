@@ -3,11 +3,13 @@
 import math
 from typing import Any
 
-from bench.diagnosis import page, speed, tables
+from bench.diagnosis import page, power, speed, tables
 from bench.diagnosis.plan import (
+    BENCH,
     FULL,
     LACKED,
     SHORT,
+    SPEED,
     Planned,
     planned,
     power_planned,
@@ -56,7 +58,7 @@ def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> Non
 def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
     full = [trial.seed for trial in (*planned(FULL), *power_planned(FULL))]
     short = [trial.seed for trial in (*planned(SHORT), *power_planned(SHORT))]
-    speeds = range(905_000, 905_000 + speed.EACH)
+    speeds = range(BENCH + SPEED, BENCH + SPEED + speed.EACH)
     assert len({*full, *speeds}) == len(full) + len(speeds)
     assert min(trial.seed for trial in planned(FULL)) == 1_200_000
     assert min(trial.seed for trial in power_planned(FULL)) == 506_000
@@ -80,6 +82,19 @@ def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
     assert len(tables.by_size(small[:5], 8)) == 1
 
 
+def test_the_short_form_of_the_power_tells_its_own_seeds_and_where_its_rows_are(monkeypatch, tmp_path):
+    def answered(_, jobs, __):
+        rows = ({"effect": key.split()[0], "size": 1.0, "hit": True, "said": "waves"} for key in jobs)
+        return dict(zip(jobs, rows, strict=True))
+
+    monkeypatch.setattr(power, "ROOT", tmp_path)
+    monkeypatch.setattr(power.Remembered, "fill", answered)
+    text = power.section(tmp_path, tmp_path / "runs" / "power.jsonl.gz", short=True)
+    said = " ".join(text.split())
+    assert f"seeds from {power_planned(SHORT)[0].seed} on" in said
+    assert "Every row is in `runs/power.jsonl.gz`." in said
+
+
 def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
     trials = [
         trial_of("none", 1), trial_of("one", 2, "waves", said=("waves",), drifts=(5.0, 1.2)),
@@ -88,9 +103,12 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
     ]  # fmt: skip
     refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1, (), (), ())
     timed = speed.lines([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
-    text = page.page([*trials, refused], timed)
-    assert "5 simulated dives" in text
-    assert "Refused: one 5 (too short)." in text
+    silent = Trial("none", {**trials[0].truth, "name": "none 6"}, None, "too short", 0.1, (), (), ())
+    text = page.page([*trials, refused, silent], timed)
+    assert "6 simulated dives" in text
+    assert "Refused: one 5 (too short); none 6 (too short)." in text
+    assert "| false alarms: 1 % | 0.0 % (0.0 to 79.3), 0 of 1 | met |" in text
+    assert "where nothing hides it is left out of the false alarms" in " ".join(text.split())
     said = " ".join(text.split())
     assert (
         "median 10.0 s on 2 cores, 16.0 s at most; one core takes 1.50 times as long (median of 1 dives)"

@@ -1,10 +1,13 @@
 """The page of the benchmark: sections, stamps, results that survive a kill, and their tables."""
 
+import contextlib
 import math
+import resource
 import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,15 +22,17 @@ from bench.accuracy.answers import answer, answered, methods
 from bench.accuracy.trials import Stated, Trial
 from bench.baselines import closed_form
 from bench.campaigns import Dived
+from bench.diagnosis import power
 from bench.document import HEAD, OLDER, Section, compared, read, written
 from bench.missions.mission import draw_one
-from bench.remembered import Remembered
+from bench.remembered import Remembered, pack
 from bench.reproduce.paper import TrainingCurves
-from bench.sections import SECTIONS, Measurement
+from bench.sections import SECTIONS, Measurement, Run
 from bench.speed.reading import CAREFUL, OURS, THEIRS, measured
 from bench.stamp import Reached, files
 from bench.tracking.section import truly
 from bench.tracking.steady import steady_errors
+from bench.words import percent
 from bridge.errors import LogError
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
@@ -77,6 +82,53 @@ def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(tmp_path, 
     }
 
 
+def test_a_section_whose_code_changes_while_it_is_measured_is_older(tmp_path, monkeypatch):
+    (tmp_path / "docs").mkdir()
+    code = tmp_path / "code.py"
+    code.write_text("A = 1\n", encoding="utf-8")
+
+    def page(_run):
+        code.write_text("A = 2\n", encoding="utf-8")
+        return "## A"
+
+    monkeypatch.setattr(stamps, "ROOT", tmp_path)
+    stamps.stamp.cache_clear()
+    monkeypatch.setattr(command, "SECTIONS", {"a": Measurement(page, ("code.py",))})
+    monkeypatch.setattr(command, "ROOT", tmp_path)
+    monkeypatch.setattr(sys, "argv", ["bench", "a"])
+    command.main()
+    stamps.stamp.cache_clear()
+    assert read((tmp_path / "docs" / "benchmarks.md").read_text(encoding="utf-8"))["a"].older
+
+
+@contextlib.contextmanager
+def full_disk():
+    """No file grows beyond some bytes."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (16, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_page_and_packed_rows_that_no_disk_takes_stay_as_they_were(tmp_path, monkeypatch):
+    (tmp_path / "docs").mkdir()
+    target, packed = tmp_path / "docs" / "benchmarks.md", tmp_path / "rows.jsonl.gz"
+    target.write_text(written({"a": Section("## A", "0ld")}, ("a",)), encoding="utf-8")
+    pack([{"a": 1}], packed)
+    before = target.read_bytes(), packed.read_bytes()
+    monkeypatch.setattr(command, "SECTIONS", {"a": Measurement(lambda _: "## New", ("bench/words.py",))})
+    monkeypatch.setattr(command, "ROOT", tmp_path)
+    monkeypatch.setattr(command, "timed", lambda *_: contextlib.nullcontext())
+    monkeypatch.setattr(sys, "argv", ["bench", "a"])
+    with full_disk(), pytest.raises(OSError, match="File too large"):
+        command.main()
+    with full_disk(), pytest.raises(OSError, match="File too large"):
+        pack([{"a": 2}], packed)
+    assert (target.read_bytes(), packed.read_bytes()) == before
+
+
 def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top():
     page = written(
         {
@@ -113,6 +165,16 @@ def test_every_sections_sources_are_there(name):
     for source in SECTIONS[name].sources:
         for pattern in source.modules if isinstance(source, Reached) else [source]:
             assert files(pattern), pattern
+
+
+@pytest.mark.parametrize(("name", "module"), [("accuracy", accuracy), ("power", power)])
+def test_a_short_run_leaves_the_packed_rows_of_the_full_one(name, module, tmp_path, monkeypatch):
+    packed = []
+    monkeypatch.setattr(module, "section", lambda *given: packed.extend(given) or "")
+    for short in (False, True):
+        SECTIONS[name].page(Run(tmp_path / "runs", tmp_path / "docs", tmp_path / "results", short))
+    full, quick = (path.parent for path in packed if getattr(path, "suffix", "") == ".gz")
+    assert (full, quick) == (tmp_path / "results", tmp_path / "runs" / "bench")
 
 
 def test_the_published_page_holds_known_sections_alone():
@@ -219,6 +281,25 @@ def test_jobs_that_are_known_are_not_run_and_the_others_are(tmp_path):
     assert results == {"known": {"value": 1}, "new": {"value": 2}}
 
 
+def test_what_runs_on_while_another_job_fails_is_kept(tmp_path, monkeypatch):
+    failed = tmp_path / "failed"
+
+    def track(futures, *_, **__):
+        for future in futures:
+            if future.exception():
+                failed.touch()
+            yield future
+
+    monkeypatch.setattr("bench.remembered.track", track)
+    waits = f"import pathlib\nwhile not pathlib.Path({str(failed)!r}).exists(): pass"
+    jobs = {"runs on": partial(eval, f"exec({waits!r}) or {{'a': 1}}"), "fails": partial(eval, "1 / 0")}
+    with pytest.raises(ZeroDivisionError):
+        Remembered(tmp_path / "kept.jsonl").fill(jobs, "jobs")
+    kept = Remembered(tmp_path / "kept.jsonl")
+    assert "fails" not in kept
+    assert kept.get("runs on", dict) == {"a": 1}
+
+
 def test_a_file_that_cannot_be_written_is_told(tmp_path):
     kept = Remembered(tmp_path / "kept.jsonl")
     (tmp_path / "kept.jsonl").mkdir()
@@ -276,6 +357,29 @@ def _dived(nu):
 def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered():
     cell = thrift.cell([110.0, 90.0], [11.0, NAN], 100.0)
     assert cell == thrift.Cell(2, pytest.approx(0.1), pytest.approx(0.1))
+
+
+def test_the_thrift_says_how_long_the_hovering_campaign_is(tmp_path, monkeypatch):
+    refused = {
+        "value": {},
+        "half95": {},
+        "trim": [],
+        "outcome": "refused",
+        "seconds": 0.0,
+        "refusal": "short",
+    }
+    campaign = SimpleNamespace(truth={}, dive=SimpleNamespace(duration_s=700.4))
+    answers = dict.fromkeys(map(str, thrift.LENGTHS_S), refused)
+    monkeypatch.setattr(thrift, "dived", lambda *_: campaign)
+    monkeypatch.setattr(thrift, "NAMES", dict.fromkeys(thrift.NAMES, ()))
+    monkeypatch.setattr(thrift.Remembered, "fill", lambda _, jobs, __: dict.fromkeys(jobs, answers))
+    assert "hovering campaign is over after 700 s" in " ".join(thrift.page(tmp_path, (901,)).split())
+
+
+def test_a_share_of_more_than_all_is_written_out_in_per_cent():
+    shares = (0.0, 0.00047, 0.0994, 0.994, 0.996, 1.2, 25.0, math.inf, math.nan)
+    assert [percent(share) for share in shares] == ["0", "0.047", "9.9", "99", "100", "120", "2500", "-", "-"]
+    assert thrift._words(thrift.Cell(3, 1.2, 0.996), 5) == "120 ±100 /3"
 
 
 def test_a_parameter_settles_where_it_last_left_its_end():

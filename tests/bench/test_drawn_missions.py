@@ -203,3 +203,13 @@ def test_windows_start_at_readings_and_end_within_the_dive():
     assert np.isin(begin.time_s, mission.dive.velocity.time_s).all()
     assert (np.diff(begin.time_s) > 0.9 * 10.0).all()
     assert begin.time_s[-1] + 10.0 <= mission.dive.velocity.time_s[-1]
+
+
+def test_after_a_gap_in_the_velocity_no_reading_begins_two_windows():
+    mission = draw_one(100_003)
+    velocity = mission.dive.velocity
+    lost = (velocity.time_s > 20.0) & (velocity.time_s < 55.0)
+    value = np.where(lost[:, None], np.nan, velocity.value)
+    begin = starts(replace(mission.dive, velocity=Signal(velocity.time_s, value)), mission.file)
+    assert (np.diff(begin.time_s) > 0.0).all()
+    assert len(begin) > 1

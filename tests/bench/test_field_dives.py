@@ -5,22 +5,25 @@ import struct
 from collections import Counter
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field import section
+from bench.field.__main__ import main as field_command
 from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
 from bench.field.dive import STEP_S
 from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
 from bench.field.export import STATION, positions, telemetry_of, tlog_of
 from bench.field.planted_effects import PLANTS
-from bench.field.regressions import ForecastRow, drifts_of
+from bench.field.regressions import ForecastRow, Regressed, drifts_of, fly
 from bench.field.score import delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.field.simulate import Sensors
 from bench.field.vehicle import draw_vehicle
 from bridge.vehicle.config import GRAVITY_M_S2, Water, load_vehicle
+from identify.dive import Dive, Signal
 from identify.ingest.open import read_dive
 from identify.ingest.rotation import euler_angles
 
@@ -231,6 +234,38 @@ def test_a_written_dive_is_read_as_any_other_recording(tmp_path):
     assert dive.pwm.value.shape[1] == len(drawn.vehicle.configuration.thrusters)
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["score", "{}"], "there is no dive in {}; `make` writes some"),
+        (["make", "--seed", "-3", "--count", "1", "--out", "{}"], "argument --seed"),
+    ],
+)
+def test_a_folder_without_a_dive_and_a_seed_below_zero_are_refused(
+    words, said, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("sys.argv", ["bench.field", *(word.format(tmp_path) for word in words)])
+    with pytest.raises(SystemExit):
+        field_command()
+    assert said.format(tmp_path) in capsys.readouterr().err
+
+
+def test_another_dive_in_the_folder_of_one_that_is_kept_is_diagnosed(tmp_path, monkeypatch):
+    asked = []
+    monkeypatch.setattr("bench.remembered.Remembered.fill", lambda _, jobs, __: asked.append(set(jobs)) or {})
+    monkeypatch.setattr("bench.field.section.lines", lambda _: [])
+    monkeypatch.setattr(
+        "sys.argv", ["bench.field", "score", str(tmp_path), "--kept", str(tmp_path / "kept.jsonl")]
+    )
+    (tmp_path / "dive").mkdir()
+    (tmp_path / "dive" / "truth.yaml").touch()
+    for dive in (b"first", b"first", b"another"):
+        (tmp_path / "dive" / "dive.tlog.gz").write_bytes(dive)
+        field_command()
+    assert asked[0] == asked[1]
+    assert asked[1].isdisjoint(asked[2])
+
+
 def cause(name, probability=0.9, also=(), **parameters):
     values = {key: {"value": v, "unit": "1", "low95": None, "high95": None} for key, v in parameters.items()}
     return {"name": name, "also": list(also), "probability": probability, "parameters": values}
@@ -261,10 +296,21 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
     assert "counted by half, 75.0 % are named" in " ".join(section.further_figures(cases))
 
 
+def test_dives_that_all_hide_nothing_have_a_page_without_a_share_of_none():
+    text = "\n".join(section.lines([dive(NONE, verdict="no_gap"), dive(NONE, cause("waves"))]))
+    assert "nan" not in text
+    assert "Of 2 dives that hide nothing 1 came without a false cause" in " ".join(text.split())
+
+
 def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict():
     assert len(dive(NONE, cause("waves", 0.5), verdict="no_gap").false()) == 1
     assert not dive(NONE, cause("waves", 0.49)).false()
     assert [item.name for item in dive("tether", cause("tether"), cause("waves", 0.7)).false()] == ["waves"]
+
+
+def test_a_dive_with_two_false_causes_of_one_name_is_one_dive_of_the_table():
+    both = [cause("weak_thruster", thruster=number) for number in (1.0, 2.0)]
+    assert section.wrong([dive(NONE, *both), dive("tether", both[0])])[-1] == "| `weak_thruster` | 2 | 1 |"
 
 
 def test_of_a_thruster_the_number_has_to_match_where_it_is_told():
@@ -285,6 +331,26 @@ def test_sizes_are_judged_over_the_truth_and_delays_in_seconds():
     weak = dive("weak_thruster", cause("weak_thruster", thruster=1.0, gain=0.72), thruster=1.0, gain=0.7)
     assert magnitudes([weak]) == pytest.approx([0.02 / 0.3])
     assert magnitudes([dive("tether", cause("waves", force_amplitude=1.0), stiffness=0.1)]) == []
+
+
+def test_a_plain_method_begins_a_step_before_the_first_row_as_the_diagnosis_does():
+    """A body that its drag alone slows, by a model that knows no drag."""
+    file = load_vehicle("ruvifist:survey")
+    time_s = np.arange(0.0, 12.0, 0.05)
+    level = np.tile([1.0, 0.0, 0.0, 0.0], (len(time_s), 1))
+    neutral = np.full((len(time_s), len(file.vehicle.configurations["survey"].thrusters)), 1500.0)
+    check = Dive(
+        "check", Path("check.tlog"), "0", attitude=Signal(time_s, level), pwm=Signal(time_s, neutral)
+    )
+    rows_s = 1.0 + 0.1 * np.arange(1, 101)
+    measured = np.zeros((100, 6))
+    measured[:, 0] = 0.5 * np.exp(-0.2 * (rows_s - 1.0))
+    foretold = ForecastRow(rows_s, np.repeat([0, 1], 50), measured, measured, measured)
+    none = np.zeros(4)
+    still = Regressed(none, none, none, np.zeros((4, 2)), none, 0.0)
+    flown = fly(still, check, file, "survey", foretold)
+    assert flown[:50, 0] == pytest.approx(0.5, abs=5e-4)
+    assert flown[50:, 0] == pytest.approx(measured[49, 0])
 
 
 def test_drifts_are_taken_at_the_horizons_from_the_measured_velocity():

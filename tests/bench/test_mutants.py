@@ -9,7 +9,7 @@ from bench.mutants import section
 from bench.mutants.changes import Mutant, drawn, places
 from bench.mutants.nearest import nearest_tests
 from bench.mutants.section import EACH, FOLDERS, ROOT, SEED
-from bench.mutants.trials import Verdict, checkout
+from bench.mutants.trials import Checkout, Verdict, checkout
 from bench.remembered import Remembered
 
 
@@ -162,6 +162,20 @@ def test_a_verdict_is_kept_until_its_test_changes(tmp_path, monkeypatch):
     assert (verdict.by, runs) == (None, 2)
 
 
+def test_two_changes_alike_in_one_line_are_judged_each_by_itself(tmp_path, monkeypatch):
+    ran = []
+
+    def run(_, mutant, *__):
+        ran.append(mutant)
+        return Verdict(mutant, None, 1, 1.0)
+
+    monkeypatch.setattr("bench.mutants.trials.Checkout._ran", run)
+    (tmp_path / "kernels-of").mkdir()
+    copy, kept = Checkout(tmp_path / "kernels-of" / "tree"), Remembered(tmp_path / "kept.jsonl")
+    twins = [Mutant("bridge/errors.py", 1, begin, begin + 1, "+", "-") for begin in (3, 9)]
+    assert [copy.judged(mutant, kept).mutant for mutant in twins] == ran == twins
+
+
 def test_the_page_counts_by_folder_names_survivors_and_says_if_it_is_partial():
     def verdict(folder, by):
         return Verdict(Mutant(f"{folder}/m.py", 7, 0, 1, "a", "b\n c"), by, 2, 1.0)
@@ -177,3 +191,4 @@ def test_the_page_counts_by_folder_names_survivors_and_says_if_it_is_partial():
     assert "The run was ended after 20 of them." in " ".join(text.split())
     assert "ended after" not in section.page(verdicts, 20)
     assert "missed" in section.page([*verdicts, verdicts[-1]], 21)
+    assert "95 % noticed. None has run: not judged before all have run." in section.page([], 200)

@@ -1,16 +1,23 @@
 """Sections of the benchmark by themselves: the ladder, flying, the gap monitor, bags."""
 
+import signal
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
 from bench import paper_network
-from bench.operation.flying import lines
+from bench.operation import station
+from bench.operation.flying import figures, lines
 from bench.operation.gap_monitor import ONSETS, _lines, onset_dive
 from bench.speed import identification
 from bench.speed.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
 from bench.tracking import ladder
+from bridge.errors import LinkError, LinkTimeout
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
+from gcs_plugin.flying.run import Outcome, Wanted
 from identify.ingest.open import read_dive
 
 TUNED = ladder.Pid(8.0, 64.0, 0.6)
@@ -47,6 +54,39 @@ def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
     assert "| survey | M_u | D_u |" in page
     assert "| flown | 0.3 | 1.2 |" in page
     assert "took 0.5 s on average" in " ".join(page.split())
+    results["survey 1"] = data | {"known_s": float("nan")}
+    assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in "\n".join(lines(results))
+    unknown = figures(800.0, {"M_u": 0.013, "D_u": 0.05}, Wanted(("M_u", "D_u"), 0.05), Outcome(), [0.5])
+    results["survey 2"] = results["survey 1"] = unknown | {"whole_s": 120.0}
+    assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in "\n".join(lines(results))
+    assert "| flown | - | - |" in "\n".join(lines(results))
+
+
+def asleep(monkeypatch, tmp_path, program):
+    """A station whose vehicle and recorder are such programs, and these once it has failed."""
+    begun, popen = [], subprocess.Popen
+
+    def begin(*_, **__):
+        begun.append(popen([sys.executable, "-c", program], stderr=subprocess.DEVNULL))
+        return begun[-1]
+
+    monkeypatch.setenv("XDG_STATE_HOME", "kept for the others")
+    monkeypatch.setattr(station.subprocess, "Popen", begin)
+    return station._afloat(tmp_path), begun
+
+
+def test_a_station_that_fails_ends_its_vehicle_and_its_recording(monkeypatch, tmp_path):
+    afloat, begun = asleep(monkeypatch, tmp_path, "import time; time.sleep(20.0)")
+    monkeypatch.setattr(station, "held", lambda _: "recorded")
+    with pytest.raises(LinkTimeout), afloat:
+        raise LinkTimeout("not seen")
+    assert [process.returncode for process in begun] == [-signal.SIGTERM] * 2
+
+
+def test_a_recording_that_ends_before_it_began_is_not_waited_for(monkeypatch, tmp_path):
+    afloat, _ = asleep(monkeypatch, tmp_path, "raise SystemExit(3)")
+    with pytest.raises(LinkError, match="the recording ended with 3"), afloat:
+        pass
 
 
 def test_every_onset_can_be_simulated_and_has_a_cause_to_be_named():
@@ -95,6 +135,14 @@ def test_a_bag_of_each_form_holds_every_sample_and_opens_as_a_dive(tmp_path, for
     assert dive.duration_s == pytest.approx(SECONDS - 0.01)
     written = bag.stat().st_mtime_ns
     assert hour(form, tmp_path, SECONDS).stat().st_mtime_ns == written
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_bag_that_a_kill_cut_short_is_written_anew(tmp_path, form):
+    bag = hour(form, tmp_path, SECONDS)
+    (tmp_path / bag.relative_to(tmp_path).parts[0] / "whole").unlink()
+    bag.write_bytes(b"a half")
+    assert hour(form, tmp_path, SECONDS).stat().st_size > 1000 * SECONDS
 
 
 def measured(bare_s, ours_s):

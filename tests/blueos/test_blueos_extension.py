@@ -8,6 +8,7 @@ import json
 import re
 import shlex
 import socket
+import struct
 import subprocess
 import sys
 import tomllib
@@ -157,6 +158,33 @@ def test_everything_else_goes_to_the_page_and_back_as_it_is(service):
             return await asked(port_of(server), sent)
 
     assert asyncio.run(scene()) == b"HTTP/1.1 101 Switching\r\n\r\n" + sent[::-1]
+
+
+def test_the_page_hears_of_a_browser_that_breaks_off(service):
+    came, ended = asyncio.Event(), asyncio.Event()
+
+    async def page(reader, writer):
+        with contextlib.closing(writer):
+            await reader.readline()
+            came.set()
+            await reader.read()
+            ended.set()
+
+    async def scene():
+        behind = await asyncio.start_server(page, "127.0.0.1", 0)
+        server = await service.Front(port_of(behind)).serve(0, "127.0.0.1")
+        async with behind, server:
+            _, writer = await asyncio.open_connection("127.0.0.1", port_of(server))
+            writer.write(b"GET / HTTP/1.1\r\n")
+            await came.wait()
+            # Without lingering, its end is a reset, as where a browser's computer goes down.
+            writer.get_extra_info("socket").setsockopt(
+                socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0)
+            )
+            writer.transport.abort()
+            await asyncio.wait_for(ended.wait(), 20.0)
+
+    asyncio.run(scene())
 
 
 def test_a_page_that_is_not_up_is_said(service):

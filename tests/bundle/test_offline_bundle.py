@@ -2,6 +2,7 @@
 
 import hashlib
 import os
+import resource
 import shutil
 import subprocess
 import sys
@@ -13,6 +14,7 @@ from pathlib import Path
 import pytest
 from packaging.requirements import Requirement
 
+from bundle import __main__ as command
 from bundle.build import BundleError, build
 from bundle.complete import lacking
 from bundle.targets import Target
@@ -80,6 +82,23 @@ def made(tmp_path):
     return make
 
 
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--machines", "riscv"], "unknown machine riscv"),
+        (["--pythons", "3.11.4 3"], "unknown Python 3.11.4, 3; name it as 3.11"),
+        (["--machines", ""], "name a machine"),
+    ],
+)
+def test_what_names_no_computer_is_refused_before_anything_is_fetched(
+    words, said, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(command, "build", lambda *_: pytest.fail("made all the same"))
+    with pytest.raises(SystemExit):
+        command.main([*words, "--out", str(tmp_path)])
+    assert said in capsys.readouterr().err
+
+
 def names(folder):
     return {path.name.split("-")[0] for path in folder.glob("*.whl")}
 
@@ -97,6 +116,21 @@ def test_the_vehicle_and_the_ground_have_a_folder_of_wheels_each(made):
         "ground aarch64 3.13",
         "logs aarch64 3.13",
     ]
+
+
+def test_an_archive_that_no_disk_takes_leaves_the_one_before(made, tmp_path):
+    bundle, _ = made(FakePip(), PC)
+    before = bundle.file.read_bytes()
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (8192, hard))
+    try:
+        with pytest.raises(
+            BundleError, match=r"offline\.tar: can't be written \(File too large\); free disk space"
+        ):
+            build(tmp_path, tmp_path / "dist", (PI,), FakePip(), lambda _: None)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert bundle.file.read_bytes() == before
 
 
 def test_every_file_has_its_sum(made):
@@ -204,6 +238,21 @@ def test_the_script_installs_from_the_folder_alone(here, tmp_path):
         assert arguments[-1] == package
         assert "--no-index" in arguments
         assert (str(folder / "wheels" / "ground") in arguments) == (package != "seatrial")
+
+
+def test_its_words_come_in_any_order_and_one_that_it_does_not_know_installs_nothing(
+    here, tmp_path, monkeypatch
+):
+    folder, python = here
+    done = installed(folder, str(tmp_path / "there"), "--bridge", PYTHON=python)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "there" / "told").read_text(encoding="utf-8").split()[-1] == "seatrial"
+    done = installed(folder, "--brigde", PYTHON=python, HOME=str(tmp_path / "home"))
+    assert (done.returncode, done.stdout) == (2, "")
+    assert "there is no --brigde" in done.stderr
+    assert not (tmp_path / "home").exists()
+    monkeypatch.delenv("HOME")
+    assert installed(folder, str(tmp_path / "there"), PYTHON=python).returncode == 0
 
 
 def test_a_damaged_wheel_is_not_installed(here, tmp_path):

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import check_of, dive_of, draw_case
@@ -344,9 +345,31 @@ def test_wrong_readings_are_told_as_they_are_planted_and_beside_them_a_force_by_
     assert parameters_of(case, 1)["force"] == pytest.approx(case.planted[1].parameters["force"], rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("name", "dofs"), [("depth_scale", ["heave"]), ("wrong_feedback_log", ["surge", "sway"])]
+)
+def test_an_effect_of_readings_alone_is_nowhere_but_where_it_spoils_them(name, dofs):
+    """No force is missing: what rounding leaves is no size."""
+    assert drawn(name).truth()["dof"] == dofs
+
+
 def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power():
     case = drawn("varying_current")
     scenario, _ = case.simulated(0)
     water = scenario.moving_water()[:, :2]
     assert parameters_of(case)["amplitude"] == pytest.approx(np.sqrt(2 * water.var(axis=0).sum()))
     assert parameters_of(case)["period"] == case.planted[0].parameters["period"]
+
+
+def test_waves_are_told_by_the_force_on_the_vehicle_as_it_turns_in_them():
+    case = drawn("waves")
+    scenario, simulated = case.simulated(0)
+    at, state = case.setup.clock.tick, simulated.ticks.state
+    water = scenario.moving_water()[::at][: len(state)]
+    to_body = Rotation.from_quat(state[:, [4, 5, 6, 3]]).inv()
+    speed, rate = to_body.apply(water[:, 6:9]), to_body.apply(water[:, 9:12])
+    force = case.vehicle.damping[:3] * speed + case.vehicle.mass[:3] * rate
+    below_m = float(np.median(state[:, 2])) - scenario.hull.wave_ref
+    square = np.exp(-2.0 * scenario.hull.wave_number * below_m) * 2.0 * np.mean(force**2, axis=0)
+    wanted = np.sqrt(max(square[0] + square[1], square[2]))
+    assert parameters_of(case)["force_amplitude"] == pytest.approx(wanted, rel=1e-3)

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -131,6 +132,14 @@ def test_a_weak_thruster_counts_only_with_its_number():
         ),
     )
     assert hits(result, "one hidden: named first") == (1, 2)
+
+
+@pytest.mark.parametrize(("number", "right"), [(None, 1), (float("inf"), 0)])
+def test_a_thruster_without_a_number_is_any_and_one_that_is_not_finite_is_none(number, right):
+    told = {"thruster": {"value": number, "unit": "1"}}
+    hidden = truth("a", "one", "weak_thruster", number=3)
+    result = judged((hidden, answer("explained", "weak_thruster", parameters=told)))
+    assert hits(result, "one hidden: named first") == (right, 1)
 
 
 def test_both_of_two_need_a_cause_each():
@@ -275,7 +284,23 @@ def test_wilson_bounds_are_those_of_the_book():
 def test_what_is_no_answer_is_refused_by_name(tmp_path):
     path = tmp_path / "case_001.json"
     assert read_answer(path) is None
-    for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}'):
+    cause = {"name": "waves", "also": [], "probability": 0.9, "parameters": {}}
+    whole = {
+        "verdict": "no_gap",
+        "gap": {"where": []},
+        "effects": [cause],
+        "shrink": {"heldout": None, "check": None},
+    }
+    odd = [
+        whole | {"gap": {"where": [{"dof": "surge", "share": 10**400}]}},
+        *(
+            whole | {"effects": [cause | part]}
+            for part in ({"name": []}, {"also": [{}]}, {"probability": 1e308})
+        ),
+    ]
+    path.write_text(json.dumps(whole), encoding="utf-8")
+    assert read_answer(path).named[0].name == "waves"
+    for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}', *map(json.dumps, odd)):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(LogError, match=r"case_001\.json: is no answer of diagnose"):
             read_answer(path)
@@ -298,6 +323,14 @@ def test_sealing_locks_the_answers_under_a_hash_that_opens_them(sealed):
     assert unsealed(folder)[0]["name"] == unsealed(folder, digest)[0]["name"] == "case_001"
     assert b"310001" not in (folder / "case_001" / "dive.tlog").read_bytes()
     assert "310001" not in (folder / "case_001" / "vehicle.yaml").read_text(encoding="utf-8")
+
+
+def test_a_folder_whose_name_is_no_text_is_sealed_too(tmp_path, monkeypatch):
+    monkeypatch.setattr("identify.challenge.seal._write", lambda folder, _: folder.mkdir())
+    monkeypatch.setattr("identify.challenge.case.Case.truth", lambda case: {"name": case.name})
+    folder = tmp_path / os.fsdecode(b"hidden-\xff")
+    digest = seal(folder, 1, 31, "a key", lambda *_: None)
+    assert unsealed(folder, digest) == [{"name": "case_001"}]
 
 
 def test_an_existing_folder_is_never_sealed_over(sealed):
