@@ -42,7 +42,7 @@ def record_dive(
     """
     truth = truth or load_truth(file, configuration)
     applied = Mode(parameters.mode) if mode is None else mode
-    folder = new_folder(root, unix_s, f"{mission.name}-{applied.name}")
+    folder = new_folder(root, unix_s, f"{mission.name}-{applied.word}")
     folder.describe(about_vehicle(file, configuration, f"simulated, seed {seed}"))
     clock = SimulatedClock(unix_at_boot_s=unix_s)
     near, far = memory_pair()

@@ -19,7 +19,7 @@ from bridge.onboard.parameters import parameters_of
 from bridge.simulator.dive import SimulatedVehicle
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import CONFIGS, load_vehicle
-from bridge.vehicle.parameters import MODE
+from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.wire.framing import Framer
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.recordings import began
@@ -115,6 +115,16 @@ def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, m
     )
     folder = json.loads(capsys.readouterr().out)["folder"]
     assert max(abs(read_dive(Path(folder)).tau_ff.value[:, 0])) > 10
+
+
+def test_a_dive_by_feed_forward_alone_lies_in_a_folder_of_the_modes_own_word(tmp_path, mission, capsys):
+    store = tmp_path / "memory.json"
+    parameters = parameters_of(load_vehicle("ruvifist:hovering"), store)
+    for name, value in (("FF1_M_U", 111.6), ("FF1_D_U", 56.0)):
+        parameters.write(name, value, armed=False)
+    parameters.write(COMMIT, parameters.staged_crc, armed=False)
+    assert simulate(tmp_path, mission, "--mode", "ff", "--parameters", str(store), "--json", "-") == 0
+    assert json.loads(capsys.readouterr().out)["folder"].endswith("Z-a-short-one-ff")
 
 
 def test_a_thruster_of_an_idle_vehicle_may_weaken_for_a_flight_to_show_it(tmp_path, monkeypatch):
