@@ -15,7 +15,12 @@ from bridge.vehicle.legs import Leg
 PUSHES = {SURGE: "push_surge_n", SWAY: "push_sway_n"}
 RATES = {SURGE: "surge_m_s", SWAY: "sway_m_s", HEAVE: "heave_m_s", YAW: "yaw_rad_s"}
 UNITS = {"push_surge_n": "N", "push_sway_n": "N", "yaw_rad_s": "rad/s"}
-WAYS = {SURGE: ("ahead", "astern"), SWAY: ("right", "left"), HEAVE: ("down", "up"), YAW: ("right", "left")}
+WAYS = {
+    SURGE: ("ahead", "astern"),
+    SWAY: ("right", "left"),
+    HEAVE: ("down", "up"),
+    YAW: ("turning right", "turning left"),
+}
 
 PERIODS_S = (4.0, 8.0, 16.0, 32.0)
 """In a faster wave the lag of the thrusters would matter as much as the mass."""
