@@ -5,6 +5,7 @@ controller, which keeps depth and heading. A square wave begins and ends with a 
 velocity and position swing about zero from the start.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -68,9 +69,9 @@ class Manoeuvre:
 
     @property
     def sentence(self) -> str:
-        """Kind, strength, period and duration."""
+        """Kind, strength, period and duration; rates of turn in degrees, for a crew."""
         strength = " and ".join(
-            f"±{amplitude:.3g} {drive.unit}"
+            f"±{math.degrees(amplitude):.3g} deg/s" if drive.dof == YAW else f"±{amplitude:.3g} {drive.unit}"
             for drive, amplitude in zip(self.drives, self.amplitudes, strict=True)
         )
         return f"{self.name} {strength}, {self.period_s:g} s period, {self.duration_s:g} s"
