@@ -6,7 +6,9 @@ from itertools import groupby
 from pathlib import Path
 
 from bridge import exit_codes
+from bridge.errors import ConfigError
 from bridge.files import size_to_read
+from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.ingest.open import read_dive
@@ -47,11 +49,11 @@ def run(arguments: argparse.Namespace) -> int:
         planned = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aim)
     proposal, knowledge, configuration = planned.proposal, tank.knowledge, tank.configuration_name
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
-    name = arguments.vehicle.removesuffix(f":{configuration}")
-    # A vehicle without sensors dives in no simulation.
-    simulated = file.vehicle.sensors.present()
+    name = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
     command = (
-        f"seatrial simulate --vehicle {name}:{configuration} --mission {arguments.out}" if simulated else ""
+        f"seatrial simulate --vehicle {name} --mission {arguments.out}"
+        if dives_in_simulation(file, configuration)
+        else ""
     )
     text = mission_text(proposal, title, command, tank)
     with Files() as files:
@@ -85,6 +87,15 @@ def _tank(file: VehicleFile, source: str | None, columns: str | None, progress: 
     return after_dive(
         read_dive(Path(source), Path(columns) if columns else None, file), file, source, progress
     )
+
+
+def dives_in_simulation(file: VehicleFile, configuration: str) -> bool:
+    """Whether a simulated vehicle of this file can dive: it has sensors, and a truth file or a model of its own."""
+    try:
+        load_truth(file, configuration)
+    except ConfigError:
+        return False
+    return bool(file.vehicle.sensors.present())
 
 
 def check_plan(path: str) -> None:
