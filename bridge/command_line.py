@@ -56,6 +56,14 @@ def port(text: str) -> int:
     return value
 
 
+def system(text: str) -> int:
+    """A MAVLink system, 1 to 255."""
+    value = _whole(text, 1)
+    if value > 255:
+        raise argparse.ArgumentTypeError(f"'{text}' is no MAVLink system; give a number up to 255")
+    return value
+
+
 def _above_zero(text: str, quantity: str) -> float:
     try:
         value = float(text)
