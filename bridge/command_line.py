@@ -33,6 +33,17 @@ def seconds(text: str) -> float:
     return _above_zero(text, "a number of seconds")
 
 
+def since(text: str) -> float:
+    """A number of seconds from 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds from 0")
+    return value
+
+
 def above_zero(text: str) -> float:
     """A positive number."""
     return _above_zero(text, "a number")
