@@ -33,6 +33,17 @@ def seconds(text: str) -> float:
     return _above_zero(text, "a number of seconds")
 
 
+def since(text: str) -> float:
+    """A number of seconds from 0."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not 0 <= value < math.inf:
+        raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds from 0")
+    return value
+
+
 def above_zero(text: str) -> float:
     """A positive number."""
     return _above_zero(text, "a number")
@@ -53,6 +64,14 @@ def port(text: str) -> int:
     value = _whole(text, 0)
     if value > 65535:
         raise argparse.ArgumentTypeError(f"'{text}' is no port; give a number up to 65535")
+    return value
+
+
+def system(text: str) -> int:
+    """A MAVLink system, 1 to 255."""
+    value = _whole(text, 1)
+    if value > 255:
+        raise argparse.ArgumentTypeError(f"'{text}' is no MAVLink system; give a number up to 255")
     return value
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+import re
 import sys
 import types
 import typing
@@ -18,6 +19,8 @@ from bridge.text import printable
 T = TypeVar("T")
 
 LONGEST_SHOWN: Final = 80
+_POWER_OF_TEN: Final = re.compile(r"[-+]?[0-9]{1,40}([.][0-9]{0,40})?[eE][-+]?[0-9]{1,3}")
+"""Numbers such as 8e-05 and 1.5e3, which YAML 1.1 takes for text: it asks for a dot and the exponent's sign."""
 
 
 def load_yaml(path: Path) -> Any:
@@ -117,6 +120,8 @@ def _tuple(args: tuple[Any, ...], value: Any, where: str) -> tuple[Any, ...]:
 
 
 def _scalar(hint: Any, value: Any, where: str) -> Any:
+    if hint is float and isinstance(value, str) and _POWER_OF_TEN.fullmatch(value):
+        value = float(value)
     if hint is float and isinstance(value, int | float) and not isinstance(value, bool):
         if not abs(value) <= sys.float_info.max:
             raise ConfigError(f"{where}: {_short(value)} is not a finite number")

@@ -42,7 +42,7 @@ def record_dive(
     """
     truth = truth or load_truth(file, configuration)
     applied = Mode(parameters.mode) if mode is None else mode
-    folder = new_folder(root, unix_s, f"{mission.name}-{applied.name}")
+    folder = new_folder(root, unix_s, f"{mission.name}-{applied.word}")
     folder.describe(about_vehicle(file, configuration, f"simulated, seed {seed}"))
     clock = SimulatedClock(unix_at_boot_s=unix_s)
     near, far = memory_pair()
@@ -137,9 +137,14 @@ class AlongsideLink(Wrapper):
 
 
 def afloat(
-    file: VehicleFile, configuration: str, seed: int, parameters: ParameterServer
+    file: VehicleFile,
+    configuration: str,
+    seed: int,
+    parameters: ParameterServer,
+    unix_s: float = Start.unix_at_boot_s,
 ) -> tuple[AlongsideLink, SimulatedClock]:
-    """A link to a vehicle that lies disarmed at the surface, and its clock."""
+    """A link to a vehicle that lies disarmed at the surface and boots at `unix_s`, and its clock."""
     near, far = memory_pair()
-    vehicle = SimulatedVehicle(file, configuration, [near], Start(seed, AFLOAT_M), parameters)
+    start = Start(seed, AFLOAT_M, unix_at_boot_s=unix_s)
+    vehicle = SimulatedVehicle(file, configuration, [near], start, parameters)
     return AlongsideLink(vehicle, far), vehicle.clock

@@ -4,7 +4,7 @@ import argparse
 import math
 from typing import Any, ClassVar
 
-from bridge.command_line import above_zero, seconds, seed, size
+from bridge.command_line import above_zero, seconds, seed, size, system
 from bridge.links import secured
 
 NO_HUB = "none"
@@ -150,7 +150,7 @@ class Options:
         secured.add_argument(self.parser)
 
     def system(self, meaning: str = "its MAVLink system, if several vehicles are heard") -> None:
-        self.value("--system", "N", meaning, type=int)
+        self.value("--system", "N", meaning, type=system)
 
     def takes_dive(self) -> None:
         self.value("--out", "FOLDER", "folder for the dive folder", default="dives")

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from bridge.command_line import actions_of, port, seconds, seed, size
+from bridge.command_line import actions_of, port, seconds, seed, since, size
 from bridge.onboard import program
 from bridge.vehicle.mode import BY_WORD, Mode
 from tui.options import (
@@ -670,7 +670,7 @@ def _replay(options: Options) -> None:
     options.value("--link", "SPEC", "the link to send it to", required=True)
     options.sign_key()
     options.value("--speed", "N", "times real time", type=float, default=1.0)
-    options.value("--from", "S", "start this many seconds into it", type=float, default=0.0, dest="start_s")
+    options.value("--from", "S", "start this many seconds into it", type=since, default=0.0, dest="start_s")
 
 
 @verb(

@@ -45,7 +45,7 @@ class Truth:
             strange = f"does not know {', '.join(unknown)}" if unknown else ""
             problem = " and ".join(filter(None, (lacks, strange)))
             raise ValueError(
-                f"model: {'is empty' if not self.model else problem}; give each of {', '.join(BY_NAME)}"
+                f"model {'is empty' if not self.model else problem}; give each of {', '.join(BY_NAME)}"
             )
         for name, value in self.model.items():
             if not BY_NAME[name].low <= value <= BY_NAME[name].high:

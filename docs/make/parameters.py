@@ -1,7 +1,7 @@
 """docs/reference/parameters.md: the parameters that a vehicle holds, with units and bounds."""
 
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, DOFS, effect_coefficients
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import MOST_VEH_CFG, load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, VERSION, bounds
 from docs.make.markdown import MADE, code, number, table
@@ -49,12 +49,14 @@ def page() -> str:
     )
     return f"""# Parameters of the vehicle
 
-{MADE} All are MAVLink parameters of type REAL32. `n` in `FFn_` is the configuration (VEH_CFG, 0 to 9). The bounds
-are those of `{EXAMPLE}`: they follow from a vehicle's dry mass, inertia and thrust. A write outside of them is refused.
+{MADE} All are MAVLink parameters of type REAL32. `n` in `FFn_` is the configuration (VEH_CFG, 0 to {MOST_VEH_CFG}). The
+bounds are those of `{EXAMPLE}`: they follow from a vehicle's dry mass, inertia and thrust. A write outside of them is
+refused.
 
 ## The model
 
-0 is "not set": the feed-forward of an axis that lacks its mass (inertia) or its damping is zero, and says so.
+0 is "not set": the feed-forward of an axis that lacks its mass (inertia), or its damping, linear or quadratic, is zero,
+and says so.
 
 {table(HEAD, nominal)}
 ## Accepted effects

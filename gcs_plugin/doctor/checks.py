@@ -194,11 +194,8 @@ def check_signal(observed: Observed, expected: Expected, vehicle: Vehicle | None
         if expected.signal in OF_A_MISSION:
             return ok(expected.signal, f"{expected.label}: none now, it comes while a mission runs")
         says = f"{expected.label}: nothing arrived in {observed.listened_s:.0f} s"
-        return (
-            fail(expected.signal, f"{says}; check the device and its port")
-            if must
-            else warn(expected.signal, says)
-        )
+        do = "check the device and its port" if expected.device else "start the program aboard that sends it"
+        return fail(expected.signal, f"{says}; {do}") if must else warn(expected.signal, says)
     first_s, last_s = arrivals[0].time_s, arrivals[-1].time_s
     rate_hz = (len(arrivals) - 1) / (last_s - first_s) if last_s > first_s else 0.0
     age_s = observed.ended_s - last_s

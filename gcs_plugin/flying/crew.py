@@ -139,8 +139,8 @@ class Crew:
         if not flying and any(system in (None, peer.source[0]) for peer in heard):
             raise LinkError(
                 self._not_supported(system)
-                or "this vehicle flies no manoeuvres by itself: beside ArduSub start seatrial bridge --ardusub, or fly "
-                "the plan by hand, as it says"
+                or "this vehicle flies no manoeuvres by itself: beside ArduSub start seatrial bridge --ardusub, give a "
+                "control program of your own flights (docs/onboard.md), or fly the plan by hand, as its file says how"
             )
         if not flying:
             raise LinkTimeout(f"no vehicle within {FIND_S:g} s; check cable, address and that it is on")

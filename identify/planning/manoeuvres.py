@@ -5,6 +5,7 @@ controller, which keeps depth and heading. A square wave begins and ends with a 
 velocity and position swing about zero from the start.
 """
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 
@@ -15,7 +16,12 @@ from bridge.vehicle.legs import Leg
 PUSHES = {SURGE: "push_surge_n", SWAY: "push_sway_n"}
 RATES = {SURGE: "surge_m_s", SWAY: "sway_m_s", HEAVE: "heave_m_s", YAW: "yaw_rad_s"}
 UNITS = {"push_surge_n": "N", "push_sway_n": "N", "yaw_rad_s": "rad/s"}
-WAYS = {SURGE: ("ahead", "astern"), SWAY: ("right", "left"), HEAVE: ("down", "up"), YAW: ("right", "left")}
+WAYS = {
+    SURGE: ("ahead", "astern"),
+    SWAY: ("right", "left"),
+    HEAVE: ("down", "up"),
+    YAW: ("turning right", "turning left"),
+}
 
 PERIODS_S = (4.0, 8.0, 16.0, 32.0)
 """In a faster wave the lag of the thrusters would matter as much as the mass."""
@@ -63,9 +69,9 @@ class Manoeuvre:
 
     @property
     def sentence(self) -> str:
-        """Kind, strength, period and duration."""
+        """Kind, strength, period and duration; rates of turn in degrees, for a crew."""
         strength = " and ".join(
-            f"±{amplitude:.3g} {drive.unit}"
+            f"±{math.degrees(amplitude):.3g} deg/s" if drive.dof == YAW else f"±{amplitude:.3g} {drive.unit}"
             for drive, amplitude in zip(self.drives, self.amplitudes, strict=True)
         )
         return f"{self.name} {strength}, {self.period_s:g} s period, {self.duration_s:g} s"

@@ -136,6 +136,10 @@ def refused(capsys, *words):
         ("ruvifist:hovering --to gazebo", "has no model"),
         ("bluerov2_heavy --vehicle ruvifist --to gazebo", "--vehicle says nothing"),
         ("b.jsn --vehicle ruvifist --to gazebo", "b.jsn: no such file"),
+        (
+            "dives --to gazebo",
+            "dives: is a folder, and --to gazebo takes a model; give the JSON that seatrial",
+        ),
         ("ruvifist --to gazebo", "has survey, hovering; name one: ruvifist:CONFIGURATION"),
         ("bluerov2_heavy --to gazebo --json -", "add --out"),
     ],
@@ -144,6 +148,7 @@ def test_what_can_not_be_exported_is_told(tmp_path, monkeypatch, words, why, cap
     monkeypatch.chdir(tmp_path)
     identified(Path("a.json"))
     identified(Path("empty.json"), parameters=[])
+    Path("dives").mkdir()
     assert why in refused(capsys, *words.split())
 
 

@@ -76,6 +76,13 @@ def test_off_on_a_vehicle_that_does_not_take_it_is_sent_until_the_time_given_is_
     )
 
 
+@pytest.mark.usefixtures("vehicle")
+@pytest.mark.parametrize("system", ["300", "0", "-1", "1.5"])
+def test_a_number_that_is_no_mavlink_system_is_refused(system, capsys):
+    assert run("off", "--system", system, "--seconds", "5") == exit_codes.BAD_INPUT
+    assert f"--system: '{system}' is" in capsys.readouterr().err
+
+
 def test_off_where_nobody_is_heard_is_the_link_that_failed(vehicle, capsys):
     vehicle.mute = True
     assert run("off", "--seconds", "5") == exit_codes.LINK

@@ -130,6 +130,14 @@ def test_a_weighed_prior_stays(vehicle, tmp_path):
     assert priors(vehicle)["D_u"].rests_on == "thrust"
 
 
+@pytest.mark.parametrize(("value", "std"), [(0.002, 8e-5), (2e-5, 1.25e-6), (3e6, 4e5)])
+def test_a_prior_that_is_written_as_a_power_of_ten_is_read_again(vehicle, value, std):
+    small = {"I_r": Prior(value, std, "swung", "weight")}
+    text = with_priors_written(vehicle.read_text(encoding="utf-8"), "hovering", small, "our.yaml")
+    vehicle.write_text(text, encoding="utf-8")
+    assert priors(vehicle) == small
+
+
 def test_what_a_weighed_prior_made_of_the_thrust_is_taken_out(vehicle, tmp_path):
     accept(identified(tmp_path / "a.json", weighed=True), vehicle)
     assert priors(vehicle)["D_u"].rests_on == "thrust"

@@ -139,6 +139,13 @@ def test_replay_from_beyond_the_end_says_how_long_the_dive_is(recording, far_end
     assert everything(far_end) == b""
 
 
+@pytest.mark.parametrize("start", ["-5", "nan", "end"])
+def test_replay_from_no_second_of_the_dive_is_refused(start, recording, far_end, capsys):
+    assert cli.main(["replay", str(recording), "--link", "any", "--from", start]) == exit_codes.BAD_INPUT
+    assert f"--from: '{start}' is not a number of seconds from 0" in capsys.readouterr().err
+    assert everything(far_end) == b""
+
+
 def test_import_says_what_there_is_and_files_a_copy(recording, tmp_path, capsys):
     out = tmp_path / "dives" / "lake"
     code = cli.main(["import", str(recording), "--out", str(out), "--json", "-"])

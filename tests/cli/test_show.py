@@ -215,6 +215,12 @@ def receipt(root):
     )
 
 
+def test_the_upload_of_the_demo_is_dated_from_when_it_runs_as_its_dives_are(tmp_path):
+    campaigns = tuple(map(campaign, demo.CAMPAIGNS))
+    uploaded = demo._upload(FILE, campaigns, tmp_path, 1, tmp_path / "memory.json", 1_795_000_000.0)
+    assert uploaded.started_utc.startswith("2026-11-18")
+
+
 def rows(runs):
     return [
         Row(axis, phase, unit, tuple(0.1234567 for _ in range(runs)))

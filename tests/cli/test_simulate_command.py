@@ -15,9 +15,11 @@ from waiting import ended_once
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.link import memory_pair
+from bridge.onboard.parameters import parameters_of
 from bridge.simulator.dive import SimulatedVehicle
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import CONFIGS, load_vehicle
+from bridge.vehicle.parameters import COMMIT, MODE
 from bridge.wire.framing import Framer
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.recordings import began
@@ -74,8 +76,20 @@ def test_the_seed_decides_the_noise(tmp_path, mission, capsys):
 @pytest.mark.parametrize("mode", ["ff", "both"])
 def test_feed_forward_without_parameters_is_refused_before_a_folder_is_made(tmp_path, mission, mode, capsys):
     assert simulate(tmp_path, mission, "--mode", mode) == exit_codes.BAD_INPUT
-    assert "no parameters to feed forward" in capsys.readouterr().err
+    said = capsys.readouterr().err
+    assert f"--mode {mode}, and the simulated vehicle has no parameters to feed forward" in said
     assert not (tmp_path / "dives").exists()
+
+
+def test_a_vehicle_that_stays_in_both_after_its_set_was_rolled_back_says_so_by_its_word(
+    tmp_path, mission, capsys
+):
+    store = tmp_path / "memory.json"
+    parameters_of(load_vehicle("ruvifist:hovering"), store).write(MODE, 3.0, armed=False)
+    assert simulate(tmp_path, mission, "--parameters", str(store)) == exit_codes.BAD_INPUT
+    said = " ".join(capsys.readouterr().err.split())
+    assert f"{store}: is in mode both, and the simulated vehicle has no parameters to feed forward" in said
+    assert "or give --mode off" in said
 
 
 def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, mission, monkeypatch, capsys):
@@ -101,6 +115,16 @@ def test_what_is_uploaded_to_an_idle_vehicle_flies_in_the_dive_after(tmp_path, m
     )
     folder = json.loads(capsys.readouterr().out)["folder"]
     assert max(abs(read_dive(Path(folder)).tau_ff.value[:, 0])) > 10
+
+
+def test_a_dive_by_feed_forward_alone_lies_in_a_folder_of_the_modes_own_word(tmp_path, mission, capsys):
+    store = tmp_path / "memory.json"
+    parameters = parameters_of(load_vehicle("ruvifist:hovering"), store)
+    for name, value in (("FF1_M_U", 111.6), ("FF1_D_U", 56.0)):
+        parameters.write(name, value, armed=False)
+    parameters.write(COMMIT, parameters.staged_crc, armed=False)
+    assert simulate(tmp_path, mission, "--mode", "ff", "--parameters", str(store), "--json", "-") == 0
+    assert json.loads(capsys.readouterr().out)["folder"].endswith("Z-a-short-one-ff")
 
 
 def test_a_thruster_of_an_idle_vehicle_may_weaken_for_a_flight_to_show_it(tmp_path, monkeypatch):

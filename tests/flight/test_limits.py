@@ -46,6 +46,7 @@ def test_the_limit_file_that_the_page_shows_is_one(tmp_path):
         ("tilt_deg: 90", "tilt_deg is 90; give a value above 0, up to 60"),
         ("battery_v: -2", "battery_v is -2; give a value from 0, for none, up to 1000"),
         ("time_s: .inf", "time_s: inf is not a finite number"),
+        ("time_s: 1e999", "time_s: inf is not a finite number"),
         ("time_s: long", "time_s: expected a number, found 'long'"),
         ("link_s: 30", "link_s is 30; give a value above 0, up to 10"),
         ("hold_s: 0", "hold_s is 0; give a value above 0, up to 600"),

@@ -619,7 +619,8 @@ def forecast(folder, **widths):
     """What `plan` leaves for `calibrate`: the plan, and how well each coefficient would be known by it."""
     foretold = [{"name": n, "after": {"relative_std": widths.get(n, 0.01) / 1.96}} for n in ("M_u", "D_u")]
     (folder / "calibrate-plan.yaml").write_text(PLAN)
-    (folder / "calibrate-plan.json").write_text(json.dumps({"duration_s": 300.0, "parameters": foretold}))
+    told = {"mission": "calibrate-plan.yaml", "duration_s": 300.0, "parameters": foretold}
+    (folder / "calibrate-plan.json").write_text(json.dumps(told))
     return 0
 
 
@@ -707,6 +708,15 @@ def test_calibrate_flies_the_plan_that_was_read_and_makes_no_other(files, monkey
     monkeypatch.setattr(calibrate, "step", lambda name, *_, **__: steps.append(name) or 0)
     assert cli.main([*CALIBRATE, "--plan", "calibrate-plan.yaml"]) == 0
     assert steps == ["identify", "params", "ff"]
+
+
+def test_calibrate_takes_no_other_json_that_lies_beside_a_plan_for_what_foretells_it(files, monkeypatch):
+    flown(monkeypatch, 30.0)
+    (files / "hovering.yaml").write_text(PLAN)
+    identified = {"configuration": "hovering", "outcome": "converged", "parameters": [{"name": "M_u"}]}
+    (files / "hovering.json").write_text(json.dumps(identified))
+    monkeypatch.setattr(calibrate, "step", lambda *_, **__: 0)
+    assert cli.main([*CALIBRATE, "--plan", "hovering.yaml"]) == 0
 
 
 def test_calibrate_uploads_nothing_where_the_flight_did_not_tell_enough(files, monkeypatch):

@@ -237,7 +237,15 @@ def feels(*force):
                 signal,
                 "nothing arrived in 10 s; check the device",
             )
-            for signal in ("imu", "fog", "dvl", "pressure", "pwm", "veh_cfg", "rpm", "battery", "gnss")
+            for signal in ("imu", "fog", "dvl", "pressure", "rpm", "battery", "gnss")
+        ),
+        *(
+            (
+                lambda t, signal=signal: t.rates.pop(signal),
+                signal,
+                "nothing arrived in 10 s; start the program aboard that sends it",
+            )
+            for signal in ("pwm", "ff_mode", "veh_cfg")
         ),
         (feels(0.0, 0.0, 9.81), "gravity", "zacc is positive at rest, so it is mounted upside down"),
         (feels(9.81, 0.0, 0.0), "gravity", "its x axis points up or down"),

@@ -120,6 +120,14 @@ def test_an_output_that_mirrors_another_counts_for_nothing():
     assert wiring(PLAIN | {f"SERVO{n + 8}_FUNCTION": 32.0 + n for n in range(1, 7)}, MOTORS).is_plain
 
 
+def test_where_the_frames_own_file_fits_it_is_told_where_it_was_written_too(tmp_path, capsys):
+    log, out = tlog(tmp_path / "a.tlog", PLAIN), tmp_path / "ours.yaml"
+    assert main(["vehicle", "guess", str(log), "--out", str(out)]) == 0
+    said = " ".join(capsys.readouterr().out.split())
+    assert f"vehicle file: bluerov2 fits as it is; the same is written to {out}" in said
+    assert load_vehicle(str(out)).vehicle == FILE.vehicle
+
+
 def test_a_file_that_is_written_has_the_reversed_thruster_turned(tmp_path):
     log = tlog(tmp_path / "a.tlog", PLAIN | {"MOT_3_DIRECTION": -1.0})
     assert (

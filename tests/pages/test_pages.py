@@ -27,6 +27,7 @@ from identify.estimators.missing_forces import drag_and_timing
 from identify.estimators.missing_forces import screening as unmodelled
 from identify.estimators.pinn import network, training
 from identify.identification import LARGEST_RELATIVE_STD
+from identify.ingest.mapping.units import UNITS
 from identify.priors import CONFLICT_SIGMA
 from tui import cli
 
@@ -217,6 +218,17 @@ def test_the_alarms_that_the_manual_shows_are_what_their_file_takes():
 
 def yaml_blocks():
     return re.findall(r"```yaml\n(.*?)```", (TREE / "docs/commands.md").read_text(encoding="utf-8"), re.S)
+
+
+def test_the_page_on_foreign_logs_names_every_unit_that_a_column_map_takes():
+    text = (TREE / "docs/howto/bring_your_own_log.md").read_text(encoding="utf-8")
+    named = {}
+    for signals, units in re.findall(r"^\| (`[^|]*) \| [^|]* \| ([^|]*) \|$", text, re.M):
+        groups = (
+            re.split(r", | or ", re.sub(r" \(.*?\)|[`\"]", "", group.strip())) for group in units.split(";")
+        )
+        named |= dict(zip(re.findall(r"`(\w+)`", signals), map(set, groups), strict=True))
+    assert named == {signal: set(units) for signal, units in UNITS.items()}
 
 
 @pytest.mark.parametrize("page", PAGES)

@@ -1,6 +1,7 @@
 """`seatrial plan`: output, files and refusals, and plans that keep their promise."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import load_mission
 from bridge.simulator.truth import load_truth
-from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.config import CONFIGS, load_vehicle
 from gcs_plugin.simulated import record_dive
 from identify.doubt import Outcome
 from identify.estimators.likelihood.answer import estimate
@@ -65,8 +66,12 @@ def test_it_shows_the_plan_and_the_intervals_and_writes_what_simulate_dives(here
     assert data["manoeuvres"][0]["instruction"] in (here / "plan.yaml").read_text()
 
 
-def test_a_vehicle_without_sensors_is_sent_to_no_simulation_but_to_the_instructions_in_the_file(here, capsys):
-    assert main(["plan", "--vehicle", "bluerov2:standard", *QUICK]) == 0
+@pytest.mark.parametrize(
+    "vehicle", ["bluerov2:standard", "own.yaml:hovering"], ids=["no sensors", "no truth"]
+)
+def test_a_vehicle_that_dives_in_no_simulation_is_sent_to_the_instructions_in_the_file(here, capsys, vehicle):
+    shutil.copy(CONFIGS / "vehicles" / "ruvifist.yaml", here / "own.yaml")
+    assert main(["plan", "--vehicle", vehicle, *QUICK]) == 0
     shown = capsys.readouterr().out
     assert shown.splitlines()[-1] == "mission, with how to dive it by hand: plan.yaml"
     written = (here / "plan.yaml").read_text(encoding="utf-8")

@@ -201,6 +201,8 @@ def test_a_turn_fills_its_time_has_no_pulse_widths_and_stays_in_place():
     assert pulses(result.manoeuvre, TANK) == ""
     assert needs(result) == "stays in place"
     assert instruction(result).endswith(" s, stays in place")
+    assert f"±{math.degrees(result.manoeuvre.amplitudes[0]):.3g} deg/s" in instruction(result)
+    assert result.manoeuvre.by_hand.startswith("turning right"), "right alone is a push aside"
 
 
 STEP_S = 0.05

@@ -5,14 +5,17 @@ import numpy as np
 import pytest
 
 from bridge.attitude import heading_of
-from bridge.simulator.direct import QUIET, simulate_truth
+from bridge.simulator.direct import QUIET, TICK_S, simulate_truth
 from bridge.simulator.missions import rest, run, turn, validation
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Mission
 from bridge.vehicle.mode import Mode
+from bridge.vehicle.shadow import WINDOW_S, Shadow
+from bridge.vehicle.thrusters import Allocator, thrust_curve
 
 FILE = load_vehicle("ruvifist")
+HOVERING = FILE.vehicle.configurations["hovering"]
 OUT = Mission("out", tuple(rest("still", 2.0) + run("run", 0.4, 0.0, 6.0)))
 
 
@@ -131,3 +134,26 @@ def test_depth_and_heading_are_held_through_a_dive():
     assert np.abs(off.state[200:, 2] - 0.6).max() < 0.03
     headings = [heading_of(tuple(q)) for q in off.state[:, 3:7]]
     assert np.abs(headings).max() < math.radians(3)
+
+
+@pytest.fixture(scope="module")
+def in_shadow():
+    return dive(Mode.SHADOW, mission=validation(sways=True))
+
+
+@pytest.mark.parametrize(
+    ("times", "is_good"), [(1.0, True), (0.5, True), (1.4, True), (0.4, False), (2.0, False)]
+)
+def test_a_minute_in_shadow_is_good_by_a_model_from_half_to_one_and_four_tenths_of_the_true_one(
+    in_shadow, times, is_good
+):
+    reach = Allocator(HOVERING, thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)).reach()
+    model = {name: times * value for name, value in load_truth(FILE, "hovering").model.items()}
+    shadow, minutes = Shadow(reach.tolist()), []
+    for actuation in in_shadow.actuations:
+        fed = tuple(times * force for force in actuation.tau_ff)
+        shadow.step(TICK_S, model, {}, actuation.tau_cmd, fed, actuation.nu_fb)
+        if actuation.time_s > WINDOW_S:
+            minutes.append(shadow.fault == "")
+    assert len(minutes) > 1000
+    assert set(minutes) == {is_good}

@@ -169,7 +169,7 @@ def test_the_total_is_nowhere_less_than_the_rigid_body():
 
 
 def test_a_vehicle_without_a_truth_is_told_what_is_missing():
-    with pytest.raises(ConfigError, match=r"bluerov2\.truth\.yaml.*M_u"):
+    with pytest.raises(ConfigError, match=r"bluerov2\.truth\.yaml, and its own model (is empty|lacks).*M_u"):
         load_truth(load_vehicle(str(BLUEROV2)), "bluerov2")
 
 

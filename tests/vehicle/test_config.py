@@ -182,3 +182,12 @@ def test_of_what_is_shipped_the_truth_of_a_simulated_vehicle_is_no_vehicle():
 def test_the_sensors_that_a_vehicle_has_are_those_of_its_file():
     imu = Device("mti300", rate_hz=100.0)
     assert Sensors(imu=imu).present() == {"imu": imu}
+
+
+def test_a_recording_of_a_configuration_that_a_file_lacks_may_be_another_vehicles():
+    with pytest.raises(
+        ConfigError, match="give the file of the vehicle that was recorded, or name one: --vehicle"
+    ):
+        load_vehicle("bluerov2").vehicle.configuration_at(1)
+    with pytest.raises(ConfigError, match=r"has 0 survey, 1 hovering; name one: --vehicle"):
+        load_vehicle("ruvifist").vehicle.configuration_at(None)

@@ -66,7 +66,10 @@ def run(arguments: argparse.Namespace) -> int:
     for table in fly.shown(flight_plan, limits, wanted):
         show.put(console, table)
     tell = partial(fly.tell, console)
-    vague = too_vague(read_json(foretold), wanted, limits) if foretold.is_file() else ""
+    foresight = read_json(foretold) if foretold.is_file() else {}
+    # Another verb's answer may have that name: only what `plan` wrote of this plan foretells it.
+    is_of_plan = Path(str(foresight.get("mission", ""))).name == plan.name
+    vague = too_vague(foresight, wanted, limits) if is_of_plan else ""
     if vague or not arguments.armed:
         tell(
             f"nothing was sent: {vague or '--armed arms the vehicle, flies this, and uploads what it tells in shadow'}"

@@ -170,7 +170,7 @@ def fly(root: Path, seed: int, unix_s: float, tell: Tell) -> Demo:
     for result in campaigns:
         show.write_json(result.identification.to_json(), str(root / f"{result.configuration}.json"))
         write_identified(root / f"{result.configuration}.param", result.identification.to_json(), file)
-    receipt = _upload(file, campaigns, root, seed, store)
+    receipt = _upload(file, campaigns, root, seed, store, unix_s)
     show.write_json(receipt.to_json(), str(root / "receipt.json"))
     runs = {}
     begun, each = CAMPAIGN_SHARE + UPLOAD_SHARE, (1.0 - CAMPAIGN_SHARE - UPLOAD_SHARE) / len(MODES)
@@ -218,14 +218,14 @@ def _campaigns(root: Path, seed: int, unix_s: float, tell: Tell) -> tuple[Campai
 
 
 def _upload(
-    file: VehicleFile, campaigns: tuple[Campaign, ...], root: Path, seed: int, store: Path
+    file: VehicleFile, campaigns: tuple[Campaign, ...], root: Path, seed: int, store: Path, unix_s: float
 ) -> Receipt:
     """Upload both parameter sets in one plan, through the real client, into the vehicle's store."""
     targets: dict[str, float] = {}
     for result in campaigns:
         veh_cfg = file.vehicle.veh_cfg(result.configuration)
         targets |= parameters_from_identification(result.identification.to_json(), veh_cfg)
-    link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, parameters_of(file, store))
+    link, clock = simulated.afloat(file, CAMPAIGNS[0], seed, parameters_of(file, store), unix_s)
     client = ParameterClient(link, clock)
     client.find_vehicle()
     return client.apply(Order(make_plan(targets, client.read_all()), root / "before-upload.param"))

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from bridge import exit_codes
+from bridge.errors import ConfigError
 from bridge.exit_codes import UsageError
 from bridge.files import replacing
 from bridge.text import typed
@@ -45,7 +46,7 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json == STANDARD_OUTPUT and arguments.out is None:
         raise exit_codes.UsageError("--json -: standard output takes the file itself; add --out FILE")
     leave = Leave(doubts=arguments.despite_doubts)
-    model, doubted = _model(arguments.file, arguments.vehicle, leave)
+    model, doubted = _model(arguments.file, arguments.vehicle, leave, arguments.to)
     exported = export(model, arguments.to)
     console = show.words() if arguments.out is None else show.results(arguments.json)
     with Files() as files:
@@ -72,14 +73,22 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def _model(given: str, vehicle: str | None, leave: Leave) -> tuple[Model, dict[str, str]]:
+def _model(given: str, vehicle: str | None, leave: Leave, target: str) -> tuple[Model, dict[str, str]]:
     """Return the model that MODEL names, and the doubts about its values. Raises UsageError if it names no model."""
     if given.endswith((".json", ".param")):
         if vehicle is None:
             raise exit_codes.UsageError(f"{given}: needs --vehicle FILE, for thrusters and weight; add it")
         read = _identified if given.endswith(".json") else _accepted
         return read(Path(given), load_vehicle(vehicle), leave)
-    file = load_vehicle(given)
+    try:
+        file = load_vehicle(given)
+    except ConfigError:
+        if not Path(given).is_dir():
+            raise
+        raise exit_codes.UsageError(
+            f"{given}: is a folder, and --to {target} takes a model; give the JSON that seatrial identify wrote of the "
+            "dive, or the dive to --to mcap"
+        ) from None
     if vehicle is not None:
         raise exit_codes.UsageError(f"{given}: is no identification, so --vehicle says nothing; leave it out")
     shapes = file.vehicle.configurations

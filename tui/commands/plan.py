@@ -6,7 +6,9 @@ from itertools import groupby
 from pathlib import Path
 
 from bridge import exit_codes
+from bridge.errors import ConfigError
 from bridge.files import size_to_read
+from bridge.simulator.truth import load_truth
 from bridge.text import typed
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
@@ -49,11 +51,9 @@ def run(arguments: argparse.Namespace) -> int:
         planned = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aim)
     proposal, knowledge, configuration = planned.proposal, tank.knowledge, tank.configuration_name
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
-    name = arguments.vehicle.removesuffix(f":{configuration}")
-    # A vehicle without sensors dives in no simulation.
-    simulated = file.vehicle.sensors.present()
-    words = ("seatrial", "simulate", "--vehicle", f"{name}:{configuration}", "--mission", arguments.out)
-    command = typed(*words) if simulated else ""
+    name = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
+    words = ("seatrial", "simulate", "--vehicle", name, "--mission", arguments.out)
+    command = typed(*words) if dives_in_simulation(file, configuration) else ""
     text = mission_text(proposal, title, command, tank)
     with Files() as files:
         kept = files.text(Path(arguments.out), text)
@@ -91,6 +91,15 @@ def _tank(
     reading = read(recording_at(Path(source)), file, Path(columns) if columns else None)
     tank = after_dive(reading.dive, reading.file, source, progress)
     return tank, tuple(f"{remark}." for remark in reading.remarks)
+
+
+def dives_in_simulation(file: VehicleFile, configuration: str) -> bool:
+    """Whether a simulated vehicle of this file can dive: it has sensors, and a truth file or a model of its own."""
+    try:
+        load_truth(file, configuration)
+    except ConfigError:
+        return False
+    return bool(file.vehicle.sensors.present())
 
 
 def check_plan(path: str) -> None:

@@ -27,7 +27,7 @@ from bridge.text import say, say_warning
 from bridge.vehicle.coefficients import BY_NAME, effect_coefficients, gain_name
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.vehicle.legs import Mission
-from bridge.vehicle.mode import BY_WORD, Mode
+from bridge.vehicle.mode import BY_WORD
 from gcs_plugin import simulated
 from identify.effects.library import not_simulated
 from tui import show
@@ -105,10 +105,12 @@ def dive(
     unix_s: float,
 ) -> int:
     times = arguments.speed or (1.0 if links else math.inf)
-    if Mode(BY_WORD.get(arguments.mode, parameters.mode)).applies_feedforward and not parameters.active_crc:
+    mode = BY_WORD.get(arguments.mode, parameters.mode)
+    if mode.applies_feedforward and not parameters.active_crc:
+        given = f"--mode {mode.word}" if arguments.mode else f"{arguments.parameters}: is in mode {mode.word}"
         raise UsageError(
-            f"--mode {arguments.mode or parameters.mode}: the simulated vehicle has no parameters to feed forward; "
-            "upload some first into the --parameters FILE of an idle one"
+            f"{given}, and the simulated vehicle has no parameters to feed forward; upload some first into the "
+            "--parameters FILE of an idle one, or give --mode off"
         )
     truth = wanted_truth(arguments, file, configuration, WARM_UP_S + mission.duration_s)
     with show.progress(f"dive {mission.name}") as tell:

@@ -38,7 +38,8 @@ def _sentences(guessed: Guess, out: str) -> list[str]:
     wiring = guessed.wiring
     said = []
     if wiring.is_plain:
-        said.append(f"vehicle file: {guessed.base} fits as it is")
+        kept = f"; the same is written to {out}" if out else ""
+        said.append(f"vehicle file: {guessed.base} fits as it is{kept}")
     else:
         unlike = [
             *(["reversed motors"] if wiring.reversed else []),

@@ -236,7 +236,7 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
 def _axes(dive: DiveRow, cells: int) -> Iterator[Line]:
     """A row per degree of freedom: predicted accuracy of mass and damping, and the range of thrust and speed, which a
     phone has no room for."""
-    spans = "" if cells < PHONE else f"{'recorded':>8}{'thrust':>13}{'speed':>14}"
+    spans = "" if cells < PHONE else f"{'recorded':>8}{'thrust range':>13}{'speed range':>14}"
     yield ((f"{'could tell, 1 std':<18}{'mass':<12}{'damping':<13}{spans}", "quiet"),)
     for dof, name in enumerate(DOFS):
         line: Line = ((f"  {name:<16}", "plain"),)
