@@ -40,13 +40,6 @@ PUSH = Drive(SURGE, "push_surge_n", 24.0)
 SPIN = Drive(YAW, "yaw_rad_s", 0.3)
 
 
-@pytest.fixture(autouse=True)
-def _waves_of_few_lengths(request, monkeypatch):
-    """Each length of wave is tried many times over; in `make soak` all of them are."""
-    if not request.node.get_closest_marker("soak"):
-        monkeypatch.setattr("identify.planning.propose.PERIODS_S", (4.0, 32.0))
-
-
 @pytest.fixture
 def few(monkeypatch):
     """The families of manoeuvres that a plan tries: for tests that do not judge which of all it takes."""
