@@ -56,33 +56,28 @@ def files_missing(text):
     return [name for name in named if not ((ROOT / name).is_file() if "/" in name else name in FILES)]
 
 
-@pytest.mark.parametrize("init", INITS, ids=lambda init: str(init.relative_to(ROOT).parent))
-def test_every_module_that_a_folder_names_is_there(init):
-    text, room = docstring(init), init.relative_to(ROOT).parts[0]
-    names = re.findall(r"`([a-z_0-9]+)`", text)
-    assert [name for name in names if name not in modules(init.parent)] == []
-    dotted = re.findall(rf"`((?:{'|'.join(ROOMS)}|{room})(?:\.[a-z_0-9]+)+)`", text)
-    assert [name for name in dotted if not is_module(name)] == []
-    assert files_missing(text) == []
+def test_every_module_that_a_folder_names_is_there():
+    for init in INITS:
+        text, room = docstring(init), init.relative_to(ROOT).parts[0]
+        names = re.findall(r"`([a-z_0-9]+)`", text)
+        assert [name for name in names if name not in modules(init.parent)] == [], init
+        dotted = re.findall(rf"`((?:{'|'.join(ROOMS)}|{room})(?:\.[a-z_0-9]+)+)`", text)
+        assert [name for name in dotted if not is_module(name)] == [], init
+        assert files_missing(text) == [], init
 
 
-@pytest.mark.parametrize(
-    "init",
-    [init for init in INITS if init.relative_to(ROOT).parts[0] in ROOMS],
-    ids=lambda init: str(init.relative_to(ROOT).parent),
-)
-def test_every_module_of_a_folder_is_named(init):
-    if init.parent.name == "commands":  # a module for each verb
-        return
-    named = set(re.findall(r"`([a-z_0-9]+)`", docstring(init)))
-    assert {
-        name for name in modules(init.parent) - named if name.removesuffix("_lines") not in named
-    } == set()
+def test_every_module_of_a_folder_is_named():
+    for init in (init for init in INITS if init.relative_to(ROOT).parts[0] in ROOMS):
+        if init.parent.name == "commands":  # a module for each verb
+            continue
+        named = set(re.findall(r"`([a-z_0-9]+)`", docstring(init)))
+        unnamed = {name for name in modules(init.parent) if name.removesuffix("_lines") not in named} - named
+        assert unnamed == set(), init
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_every_file_that_a_page_names_is_there(page):
-    assert files_missing(page.read_text(encoding="utf-8")) == []
+def test_every_file_that_a_page_names_is_there():
+    for page in PAGES:
+        assert files_missing(page.read_text(encoding="utf-8")) == [], page
 
 
 def test_every_module_that_the_map_names_is_there():

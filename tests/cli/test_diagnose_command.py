@@ -20,7 +20,6 @@ from gcs_plugin.params.sidecar import read_sidecar
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.seal import tlog_of
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
 from identify.diagnose.simulators import comparison as compared_by
 from identify.dive import Dive
@@ -185,32 +184,6 @@ def test_two_dives_of_a_vehicle_and_two_tables_that_begin_alike_are_two(files, t
     tables = [made(tmp_path / f"{end}.csv", head + str(end).encode()) for end in (1, 2)]
     assert of_one_dive(tables[:1], tables[1:]) == ""
     assert of_one_dive([made(tmp_path / "empty.tlog", b"")], [files / "dive.tlog"]) == ""
-
-
-@pytest.mark.slow
-def test_a_check_dive_under_a_minute_is_flown_with_a_word_that_it_tells_little():
-    case = draw_case(300051, names=[], seconds=90.0)
-    dive, check = dive_of(case), check_of(case)
-    start_s = check.span_s[0]
-    short = check.between(start_s, start_s + 35.0)
-
-    def check_notes(other):
-        result = diagnose(
-            dive,
-            case.file,
-            case.configuration,
-            check=other,
-            effects=(QUADRATIC_DRAG,),
-            progress=lambda *_report: None,
-        )
-        assert result.check is not None
-        return [note for note in result.notes if "check dive" in note]
-
-    assert check_notes(check) == []
-    (note,) = check_notes(short)
-    assert note.startswith(
-        "Of the check dive thruster commands and motion were recorded together for 35 s, too short"
-    )
 
 
 @pytest.mark.parametrize("first", [True, False])

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from fakes.planted import damped, diagnosed, drawn_nominal, explained, planted_nominal, quiet
-from soak import rows_rest_in_soak
 
-from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, QUADRATICS, AcceptedEffect
+from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, AcceptedEffect
 from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
@@ -579,23 +578,6 @@ def test_a_quadratic_drag_that_the_file_gives_its_hull_is_no_cause_but_a_coeffic
     truth = case.truth()["effects"][0]["parameters"]
     for name in ("X_uu", "Y_vv", "Z_ww", "N_rr"):
         assert diagnosis.numbers[name].low95 < truth[name] < diagnosis.numbers[name].high95
-
-
-@pytest.mark.parametrize(("share", "causes"), rows_rest_in_soak([(0.4, ["fouling"]), (1.0, [])]))
-def test_a_quadratic_drag_accepted_earlier_is_compared_with_the_dives(draggy, share, causes):
-    case, file, diagnosis = draggy
-    accepted = {
-        name: Prior(
-            value.value * (share if name in {item.name for item in QUADRATICS} else 1.0),
-            (value.high95 - value.low95) / 3.92,
-            "an earlier dive",
-            "thrust",
-        )
-        for name, value in diagnosis.numbers.items()
-    }
-    later = diagnose(dive_of(case), file, case.configuration, accepted=accepted, progress=quiet)
-    assert [finding.name for finding in later.findings] == causes
-    assert (later.gap.before > 2.0) is bool(causes)
 
 
 def test_of_a_hull_with_quadratic_drag_alone_no_linear_damping_is_accepted(draggy):

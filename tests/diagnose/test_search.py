@@ -76,6 +76,18 @@ def with_drag(nominal, bent=None):
     return replace(refitted(nominal, [planted]), acts=(), course=course), Cause(QUADRATIC_DRAG, size)
 
 
+@pytest.fixture(scope="module")
+def draggy(nominal):
+    """That dive and its drag; no test changes either."""
+    return with_drag(nominal)
+
+
+@pytest.fixture(scope="module")
+def explained_drag(draggy):
+    """What explains that dive."""
+    return explained(draggy[0], *LIBRARY)
+
+
 def test_a_cause_whose_form_is_true_asks_little_of_a_further_one(nominal):
     """By what its other forms save, or a thousandth of its own: they save something of a drag that comes late."""
     even = replace(
@@ -151,10 +163,8 @@ def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_one_standard
 
 
 @pytest.mark.parametrize(("first", "looks"), [(1, [0, 1, 2]), (2, [0, 2, 1])])
-def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
-    nominal, monkeypatch, first, looks
-):
-    spoilt, drag = with_drag(nominal)
+def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(draggy, monkeypatch, first, looks):
+    spoilt, drag = draggy
     coupled, asked = Cause(COUPLED_DAMPING, np.array([1.0, -1.0])), []
 
     def restless(weighing, fit, _refused):
@@ -168,9 +178,9 @@ def test_of_two_sets_of_causes_that_lead_to_each_other_the_smaller_is_told(
 
 @pytest.mark.parametrize(("fallen", "taken"), [(0.0, False), (20.0, True)])
 def test_a_cause_that_lowers_the_likelihood_is_taken_only_where_the_filters_without_it_fall_as_low_by_themselves(
-    nominal, monkeypatch, fallen, taken
+    draggy, monkeypatch, fallen, taken
 ):
-    spoilt, drag = with_drag(nominal)
+    spoilt, drag = draggy
     settled, asked = search._settled, []
 
     def lasting(_, weighing, fit):
@@ -193,8 +203,8 @@ def test_a_cause_that_lowers_the_likelihood_is_taken_only_where_the_filters_with
     assert asked == [set(), set() if taken else {drag.effect.label}]
 
 
-def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihood(nominal, monkeypatch):
-    spoilt, drag = with_drag(nominal)
+def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihood(draggy, monkeypatch):
+    spoilt, drag = draggy
     other = Cause(drag.effect, drag.values + np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))
     settled, forms = search._settled, [drag, other, drag]
 
@@ -213,8 +223,8 @@ def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihoo
     assert explanation.now.log_posterior > -1e9
 
 
-def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows(nominal, monkeypatch):
-    spoilt, drag = with_drag(nominal)
+def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows(draggy, monkeypatch):
+    spoilt, drag = draggy
     made = []
 
     def less_and_less_likely(*given):
@@ -244,9 +254,9 @@ def test_in_waves_and_there_alone_the_tilting_of_the_hull_tells_no_mass(nominal)
     assert unmoved[False] - unmoved[True] == {3, 4}
 
 
-def test_causes_are_refitted_from_the_filters_that_are_near(nominal, monkeypatch):
+def test_causes_are_refitted_from_the_filters_that_are_near(draggy, monkeypatch):
     """From filters without any, whose masses make up for the causes, the climb may end far lower."""
-    spoilt, drag = with_drag(nominal)
+    spoilt, drag = draggy
     starts = []
 
     def refitted_from(begun, acts, near):
@@ -317,9 +327,8 @@ def replace_now(weighing, log_posterior):
     return SimpleNamespace(**{**vars(weighing), "now": now})
 
 
-def test_a_doubtful_cause_is_as_probable_as_the_filters_need_it(nominal, monkeypatch):
-    spoilt, _ = with_drag(nominal)
-    explanation = explained(spoilt, *LIBRARY)
+def test_a_doubtful_cause_is_as_probable_as_the_filters_need_it(draggy, explained_drag, monkeypatch):
+    (spoilt, _), explanation = draggy, explained_drag
     without = explained_by([], spoilt, LIBRARY, explanation.now)
     rises = explanation.now.log_posterior - without.now.log_posterior
     by_filters = ambiguity.margin_by_filters(explanation, 0, spoilt, LIBRARY)
@@ -338,21 +347,19 @@ def findings_beside(explanation, unexplained_nats):
     )
 
 
-def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(nominal, monkeypatch):
+def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(explained_drag, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
-    explanation = explained(with_drag(nominal)[0], *LIBRARY)
-    (certain,) = findings_beside(explanation, 0.0)
+    (certain,) = findings_beside(explained_drag, 0.0)
     monkeypatch.setattr(ambiguity, "remainder_nats", lambda *_: certain.gain_nats - 6.0)
-    (doubtful,) = findings_beside(explanation, 0.0)
+    (doubtful,) = findings_beside(explained_drag, 0.0)
     assert doubtful.probability < 0.6 < certain.probability
 
 
-def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(nominal, monkeypatch):
+def test_beside_an_unknown_force_a_margin_counts_by_its_share_of_both(explained_drag, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
-    explanation = explained(with_drag(nominal)[0], *LIBRARY)
-    causes = [findings_beside(explanation, nats)[0] for nats in (0.0, 40.0, 1e9)]
+    causes = [findings_beside(explained_drag, nats)[0] for nats in (0.0, 40.0, 1e9)]
     margins = [6.0 * cause.probability / (0.98 - cause.probability) for cause in causes]
     assert margins[1] == pytest.approx(margins[0] ** 2 / (margins[0] + 10.0))
     assert causes[1].probability > 0.8 * causes[0].probability
@@ -452,8 +459,8 @@ def test_a_search_begins_with_a_thrust_that_is_later_than_twenty_milliseconds_an
     assert [(cause.effect.timing, pytest.approx(cause.values[0])) for cause in causes] == begun
 
 
-def test_filters_that_are_fitted_once_more_start_where_they_stand_with_the_causes_they_have(nominal):
-    spoilt, drag = with_drag(nominal)
+def test_filters_that_are_fitted_once_more_start_where_they_stand_with_the_causes_they_have(draggy):
+    spoilt, drag = draggy
     weighing = weighing_of(replace(spoilt, log_posterior=1e9), LIBRARY)
     fit = weighing.fitted([drag])
     lasts = search._lasting(spoilt, weighing, fit)

@@ -50,12 +50,12 @@ def test_the_key_is_zeros_and_all_else_is_as_it_was(signed):
     assert (after.get_srcSystem(), after.get_srcComponent()) == (255, 190)
 
 
-@pytest.mark.parametrize("length", range(1, 43))
-def test_no_byte_of_a_key_is_left_however_short_the_payload(length):
+def test_no_byte_of_a_key_is_left_however_short_the_payload():
     payload = b"\x07" * 10 + b"\xaa" * 32
-    kept = without_key(Encoder(1, 1).frame(256, payload[:length]))
-    assert b"\xaa" not in kept[10:-2]
-    assert [frame.known for frame in Framer().feed(kept)] == [True]
+    for length in range(1, 43):
+        kept = without_key(Encoder(1, 1).frame(256, payload[:length]))
+        assert b"\xaa" not in kept[10:-2], length
+        assert [frame.known for frame in Framer().feed(kept)] == [True], length
 
 
 def test_every_other_frame_is_kept_as_it_is():

@@ -148,7 +148,8 @@ def rolling(push_nm):
 
 
 def test_roll_is_promised_where_thrusters_push_it_and_not_where_it_only_rights_itself():
-    pushed, fitted = (of(rolling(0.1), PROMPT, "heavy") for of in (foretold_stds, fitted_stds))
+    dive = rolling(0.1)
+    pushed, fitted = (of(dive, PROMPT, "heavy") for of in (foretold_stds, fitted_stds))
     assert agree(pushed, fitted, ["I_p", "D_p"]) == ["I_p", "D_p"]
     assert pushed["I_p"] < 0.1
     assert not any(

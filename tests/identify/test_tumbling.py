@@ -41,10 +41,10 @@ RATE_NOISE, TILT_NOISE, VELOCITY_NOISE = 0.004, 0.001, 0.005
 
 
 @cache
-def tumbling(over, seconds=150.0, seed=3, pitching=0.4, **kept):
+def tumbling(over, seconds=150.0, pitching=0.4, gyro=True):
     """Pulses of `over` N m in roll and `pitching` N m in pitch, pushes of 10 N ahead, rates of turn and attitude at
-    20 Hz, the velocity too; a small disturbance. kept: of `gyro` and `velocity`, False for what is not recorded."""
-    rng = np.random.default_rng(seed)
+    20 Hz, the velocity too; a small disturbance. gyro: whether the rates are recorded."""
+    rng = np.random.default_rng(3)
     n = int(seconds / STEP_S)
     tau = np.zeros((n, 6))
     for dof, size in ((0, 10.0), (1, 6.0), (2, 6.0), (3, over), (4, pitching), (5, 1.0)):
@@ -67,9 +67,14 @@ def tumbling(over, seconds=150.0, seed=3, pitching=0.4, **kept):
         "1" * 64,
         tau_cmd=Signal(time_s, tau),
         attitude=Signal(time_s[read], quiet / np.linalg.norm(quiet, axis=1, keepdims=True)),
-        gyro=Signal(time_s[read], rates) if kept.get("gyro", True) else None,
-        velocity=Signal(time_s[read], velocity) if kept.get("velocity", True) else None,
+        gyro=Signal(time_s[read], rates) if gyro else None,
+        velocity=Signal(time_s[read], velocity),
     )
+
+
+def turned_over():
+    """The dive that most tests share."""
+    return tumbling(over=4.0, pitching=4.0, gyro=True)
 
 
 def _coloured(rng, n):
@@ -147,7 +152,7 @@ def test_the_righting_moment_of_a_vehicle_that_turns_over_is_the_recorded_attitu
     time_s = np.arange(0.0, 40.0, 0.05)
     roll, level = 0.6 * time_s, np.zeros_like(time_s)
     dive = replace(
-        tumbling(over=4.0, seconds=40.0),
+        turned_over().between(0.0, 40.0),
         attitude=Signal(time_s, quaternions_from_euler(roll, level, level)),
     )
     built = build_axes(dive, FILE, "only")
@@ -159,7 +164,7 @@ def test_the_righting_moment_of_a_vehicle_that_turns_over_is_the_recorded_attitu
 
 
 def test_heave_by_depth_alone_is_not_judged_where_the_vehicle_turns_over():
-    dive = tumbling(over=4.0, seconds=60.0, velocity=False)
+    dive = replace(turned_over().between(0.0, 60.0), velocity=None)
     depth = 3.0 + np.sin(dive.attitude.time_s)[:, None]
     built = build_axes(replace(dive, depth=Signal(dive.attitude.time_s, depth)), FILE, "only")
     assert {axis.dof for axis in built.axes} == {3, 4, 5}
@@ -178,6 +183,6 @@ def test_a_few_readings_of_a_vehicle_on_its_side_are_no_tumbling():
 
 
 def test_turning_over_is_no_gap():
-    diagnosis = diagnose(tumbling(over=4.0, pitching=4.0, gyro=True), FILE, "only", progress=lambda *_: None)
+    diagnosis = diagnose(turned_over(), FILE, "only", progress=lambda *_: None)
     assert diagnosis.verdict == "no_gap"
     assert not diagnosis.findings

@@ -94,29 +94,32 @@ def test_one_dive_in_a_hundred_may_deceive_and_timing_is_doubted_by_half_a_milli
 
 
 ROOT = REFERENCE.parents[1]
-PROMISES = {promise.name: promise for promise in reliability.promises()}
+
+
+@pytest.fixture(scope="module")
+def promises():
+    return reliability.promises()
 
 
 def test_the_page_is_what_its_files_make():
     assert reliability.PAGE.read_text(encoding="utf-8") == reliability.page(), "run `make docs`"
 
 
-@pytest.mark.parametrize("name", PROMISES)
-def test_every_test_of_a_promise_is_there_and_a_long_one_is_left_to_make_soak(name):
-    promise = PROMISES[name]
-    assert promise.tests, "a promise has a short form, part of `make test`"
-    for node in (*promise.tests, *promise.long):
-        file, _, test = node.partition("::")
-        text = (ROOT / file).read_text(encoding="utf-8")
-        before, result, _ = text.partition(f"def {test}(")
-        assert result, f"{node} is not there"
-        decorators = before.rpartition("\n\n")[2]
-        assert ("pytest.mark.soak" in decorators) == (node in promise.long), node
+def test_every_test_of_a_promise_is_there_and_a_long_one_is_left_to_make_soak(promises):
+    for promise in promises:
+        assert promise.tests, f"{promise.name} has no short form, part of `make test`"
+        for node in (*promise.tests, *promise.long):
+            file, _, test = node.partition("::")
+            text = (ROOT / file).read_text(encoding="utf-8")
+            before, result, _ = text.partition(f"def {test}(")
+            assert result, f"{node} is not there"
+            decorators = before.rpartition("\n\n")[2]
+            assert ("pytest.mark.soak" in decorators) == (node in promise.long), node
 
 
-def test_every_figure_belongs_to_a_promise_with_a_long_test():
+def test_every_figure_belongs_to_a_promise_with_a_long_test(promises):
     measured = {path.stem for path in reliability.FOLDER.glob("*.json")}
-    assert measured <= {name for name, promise in PROMISES.items() if promise.long}
+    assert measured <= {promise.name for promise in promises if promise.long}
 
 
 def test_a_figure_is_kept_where_it_is_wanted_and_stands_on_the_page(tmp_path, monkeypatch):
@@ -180,11 +183,11 @@ def test_the_readme_names_each_page_that_says_how_to_do_something(page):
     assert f"]({page})" in (TREE / "README.md").read_text(encoding="utf-8")
 
 
-@pytest.mark.parametrize("line", [line for line in LINES if line.startswith("seatrial ")])
-def test_each_seatrial_line_is_taken_by_its_verb(line):
-    verb, *options = shlex.split(line)[1:]
-    assert verb in cli.VERBS
-    cli.verb_parser(verb).parse_args(options)
+def test_each_seatrial_line_is_taken_by_its_verb():
+    for line in (line for line in LINES if line.startswith("seatrial ")):
+        verb, *options = shlex.split(line)[1:]
+        assert verb in cli.VERBS, line
+        cli.verb_parser(verb).parse_args(options)
 
 
 @pytest.mark.parametrize("line", [line for line in LINES if line.startswith("make ")])
@@ -231,11 +234,11 @@ def test_the_page_on_foreign_logs_names_every_unit_that_a_column_map_takes():
     assert named == {signal: set(units) for signal, units in UNITS.items()}
 
 
-@pytest.mark.parametrize("page", PAGES)
-def test_every_link_of_a_page_leads_somewhere(page):
-    links = re.findall(r"\]\(([^)]+)\)", (TREE / page).read_text(encoding="utf-8"))
-    inside = [link for link in links if not link.startswith("https://")]
-    assert [link for link in inside if not leads_somewhere(page, link)] == []
+def test_every_link_of_a_page_leads_somewhere():
+    for page in PAGES:
+        links = re.findall(r"\]\(([^)]+)\)", (TREE / page).read_text(encoding="utf-8"))
+        inside = [link for link in links if not link.startswith("https://")]
+        assert [link for link in inside if not leads_somewhere(page, link)] == [], page
 
 
 def leads_somewhere(page, link):

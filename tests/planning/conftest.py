@@ -1,4 +1,4 @@
-"""Trials that were dived, shared by all tests of planning."""
+"""Trials that were dived, shared by all tests of planning, and few of them."""
 
 import pytest
 
@@ -21,3 +21,10 @@ def _a_trial_is_dived_once():
     with pytest.MonkeyPatch.context() as patched:
         patched.setattr(Tank, "dive", once)
         yield
+
+
+@pytest.fixture(autouse=True)
+def _waves_of_few_lengths(request, monkeypatch):
+    """Each length of wave is tried many times over; in `make soak` all of them are."""
+    if not request.node.get_closest_marker("soak"):
+        monkeypatch.setattr("identify.planning.propose.PERIODS_S", (4.0, 32.0))

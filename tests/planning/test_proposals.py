@@ -40,11 +40,10 @@ PUSH = Drive(SURGE, "push_surge_n", 24.0)
 SPIN = Drive(YAW, "yaw_rad_s", 0.3)
 
 
-@pytest.fixture(autouse=True)
-def _waves_of_few_lengths(request, monkeypatch):
-    """Each length of wave is tried many times over; in `make soak` all of them are."""
-    if not request.node.get_closest_marker("soak"):
-        monkeypatch.setattr("identify.planning.propose.PERIODS_S", (4.0, 32.0))
+@pytest.fixture
+def few(monkeypatch):
+    """The families of manoeuvres that a plan tries: for tests that do not judge which of all it takes."""
+    return lambda *families: monkeypatch.setattr("identify.planning.propose._families", lambda *_: families)
 
 
 def known_to(widths):
@@ -89,8 +88,8 @@ class Tumbling(Tank):
         return replace(trial, nu=50 * trial.nu) if tumbles else trial
 
 
-def test_a_push_at_which_the_hull_tumbles_leaves_one_just_below_it(monkeypatch):
-    monkeypatch.setattr("identify.planning.propose._families", lambda *_: [square(4.0, PUSH)])
+def test_a_push_at_which_the_hull_tumbles_leaves_one_just_below_it(few):
+    few(square(4.0, PUSH))
     (part,) = propose(Tumbling(FILE, "hovering", KNOWN), Limits(), 60.0, [SURGE]).parts
     assert 2.4 < part.manoeuvre.amplitudes[0] <= 3.0
 
@@ -117,12 +116,14 @@ def test_every_manoeuvre_keeps_the_room_up_and_down(limits, room_m):
     assert all(0.5 * min(room_m, 0.5) < part.trial.depth_m <= room_m for part in result.parts)
 
 
-def test_too_little_room_is_said_with_what_could_give_more():
+def test_too_little_room_is_said_with_what_could_give_more(few):
+    few(square(4.0, PUSH))
     with pytest.raises(FitError, match=r"0\.001 m across and 0\.001 m up and down .* give more by --space"):
         propose(TANK, Limits(space_m=0.001), 60.0, [SURGE])
 
 
-def test_what_the_dive_alone_tells_stands_beside_what_it_tells_with_the_rest():
+def test_what_the_dive_alone_tells_stands_beside_what_it_tells_with_the_rest(few):
+    few(square(4.0, PUSH))
     place = NAMES.index("D_u")
     fresh = propose(TANK, Limits(), 60.0, [SURGE])
     assert np.isinf(fresh.before[place])
@@ -131,8 +132,9 @@ def test_what_the_dive_alone_tells_stands_beside_what_it_tells_with_the_rest():
     assert result.after[place] ** -2 == pytest.approx(result.alone[place] ** -2 + 0.004**-2, rel=1e-3)
 
 
-def test_what_hangs_on_when_thrust_acts_no_time_makes_narrower():
+def test_what_hangs_on_when_thrust_acts_no_time_makes_narrower(few):
     """Yaw is quick, and half a millisecond of thrust's timing is worth more of its damping than all noise."""
+    few(square(8.0, SPIN))
     place = NAMES.index("D_r")
     short, long = (propose(TANK, Limits(), s, [YAW]).after[place] for s in (60.0, 240.0))
     assert short / 2 < long < short
@@ -174,7 +176,8 @@ def test_an_axis_that_no_thruster_pushes_is_left_out_or_refused():
         propose(Tank(file, "hovering", KNOWN), Limits(), 60.0, [HEAVE])
 
 
-def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_reads_them(tmp_path):
+def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_reads_them(few, tmp_path):
+    few(square(4.0, PUSH), square(8.0, SPIN))
     result = propose(TANK, Limits(), 100.0, [SURGE, YAW])
     path = tmp_path / "plan.yaml"
     path.write_text(mission_text(result, "ruvifist: a plan", "seatrial simulate", TANK), encoding="utf-8")
@@ -267,8 +270,8 @@ def test_quadratic_drag_beside_the_linear_one_leaves_it_as_wide_as_exactly():
     assert wide[0] > 2 / np.sqrt(ours[1, 1]), "both resemble each other"
 
 
-def test_a_vehicle_with_quadratic_drag_is_pushed_harder_and_its_drags_are_promised_less(monkeypatch):
-    monkeypatch.setattr("identify.planning.propose._families", lambda *_: [square(8.0, PUSH)])
+def test_a_vehicle_with_quadratic_drag_is_pushed_harder_and_its_drags_are_promised_less(few):
+    few(square(8.0, PUSH))
     hard = before_dives(load_vehicle("bluerov2"))
     linear = {name: value for name, value in hard.knowledge.values.items() if name in BY_NAME}
     easy = Tank(hard.file, hard.configuration_name, replace(hard.knowledge, values=linear))

@@ -83,12 +83,13 @@ def test_a_gate_takes_what_pymavlink_signs_and_pymavlink_takes_what_a_gate_signs
         theirs.decode(bytearray(signed(plain(), OTHER, 5, time + STEPS_A_S)))
 
 
-@pytest.mark.parametrize("place", range(34))
-def test_every_byte_of_a_signed_frame_is_under_its_signature(place):
-    raw = bytearray(signed(plain(), SECRET, 5, TIME))
-    assert len(raw) == 34
-    raw[place] ^= 1
-    assert not is_of(bytes(raw), SECRET)
+def test_every_byte_of_a_signed_frame_is_under_its_signature():
+    whole = signed(plain(), SECRET, 5, TIME)
+    assert len(whole) == 34
+    for place in range(len(whole)):
+        raw = bytearray(whole)
+        raw[place] ^= 1
+        assert not is_of(bytes(raw), SECRET), place
 
 
 def test_a_signature_taken_off_leaves_the_frame_as_it_was():

@@ -11,8 +11,9 @@ import pytest
 from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER, desk_with, diagnosis
 from made_dives import dive
+from made_view import FixedViews
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import NARROW, WIDE, Lacks, Sees, plain, played, shows
+from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, play, played, run, shows
 
 from bridge.reports import UNKEPT, Report
 from bridge.vehicle.forecast import ForecastRow
@@ -346,8 +347,11 @@ def test_what_is_explained_in_part_and_what_the_disturbance_takes_is_said():
     assert plain(diagnose.where(partly, 80))[-1] == "In surge it takes 3.1 N."
 
 
-@pytest.mark.parametrize("size", [(48, 30), NARROW, WIDE])
-def test_the_verdict_is_shown_to_its_end_on_every_screen(tmp_path, size):
-    played(
-        desk_with(tmp_path), "4", Sees("Most of it lies in yaw, turning. [d] diagnoses it again"), size=size
-    )
+def test_the_verdict_is_shown_to_its_end_on_every_screen(tmp_path):
+    async def work(app, pilot):
+        await play(app, pilot, "4")
+        for size in ((48, 30), NARROW, WIDE):
+            await pilot.resize_terminal(*size)
+            await play(app, pilot, Sees("Most of it lies in yaw, turning. [d] diagnoses it again"))
+
+    run(made(FixedViews(), desk=desk_with(tmp_path)), NARROW, work)

@@ -342,38 +342,35 @@ def test_on_a_wide_screen_each_line_says_what_it_means():
     on_screen(vehicle, lambda app: means in line_of(app, "FF1_M_U"), size=WIDE)
 
 
-@pytest.mark.parametrize(
-    ("link", "now_s", "age"),
-    [
-        ({"lost": True, "age_s": 31.0}, 31.0, "31 s ago"),
-        ({"system": 7}, 31.0, "31 s ago"),
-        ({}, 121.0, "2 min ago"),
-    ],
-    ids=["lost", "another vehicle", "long ago"],
-)
-def test_what_the_vehicle_held_is_dimmed_and_dated_once_it_may_no_longer_be_so(link, now_s, age):
+def test_what_the_vehicle_held_is_dimmed_and_dated_once_it_may_no_longer_be_so():
     flying, fresh = Flying(), views().shown.picture
 
     def dimmed(app):
         line = next(line for line in app.screen._table(80, 20) if ("FF1_M_U", "tab") in line)
         return next(role for text, role in line if text.strip() == "96.5 →") == "stale"
 
-    def grow_old(_):
-        flying.now_s = now_s
-        picture = replace(fresh, links=(replace(fresh.links[0], **link),))
-        flying.views.shown = replace(flying.views.shown, picture=picture)
+    def grows_old(link, now_s):
+        def step(_):
+            flying.now_s = now_s
+            picture = replace(fresh, links=(replace(fresh.links[0], **link),))
+            flying.views.shown = replace(flying.views.shown, picture=picture)
 
-    def come_back(_):
-        flying.now_s = 1.0
-        flying.views.shown = replace(flying.views.shown, picture=fresh)
+        return step
 
-    dated = (
-        Sees(f"what the vehicle holds was read {age}"),
-        Sees(f"on the vehicle {age} 96.5 → in the file 111.52 kg (+16 %)"),
-        dimmed,
-    )
     undated = (Lacks("was read"), lambda app: not dimmed(app))
-    flying.on_screen(FakeVehicle(), *undated, grow_old, *dated, come_back, *undated)
+    steps = [*undated]
+    for link, now_s, age in (
+        ({"lost": True, "age_s": 31.0}, 31.0, "31 s ago"),
+        ({"system": 7}, 31.0, "31 s ago"),
+        ({}, 121.0, "2 min ago"),
+    ):
+        dated = (
+            Sees(f"what the vehicle holds was read {age}"),
+            Sees(f"on the vehicle {age} 96.5 → in the file 111.52 kg (+16 %)"),
+            dimmed,
+        )
+        steps += [grows_old(link, now_s), *dated, grows_old({}, 1.0), *undated]
+    flying.on_screen(FakeVehicle(), *steps)
 
 
 def test_the_upload_writes_the_chosen_lines_once_their_number_is_typed():

@@ -166,19 +166,17 @@ def test_where_a_recording_runs_it_is_watched_from_the_first_screen_on_though_no
     after([shows(WatchScreen)], boat, SILENT)
 
 
-@pytest.mark.parametrize(
-    ("typed", "key", "choice"),
-    [
-        ("tcp:sub:5777", "enter", Choice("tcp:sub:5777", records=True)),
-        ("tcp:sub:5777", "ctrl+r", Choice("tcp:sub:5777", records=False)),
-        ("", "escape", None),
-    ],
-)
-def test_a_link_may_be_typed_recorded_or_only_looked_at(typed, key, choice):
-    boat = Boat()
+def test_a_link_may_be_typed_recorded_or_only_looked_at():
+    boat, link = Boat(), "tcp:sub:5777"
     boat.desk.ways = tuple
-    after(["ctrl+l", shows(ConnectScreen), *typed, key], boat, SILENT)
-    assert boat.orders == [choice] * (choice is not None)
+
+    async def work(app, pilot):
+        for keys in ("escape",), (*link, "ctrl+r"), (*link, "enter"):
+            await play(app, pilot, "ctrl+l", shows(ConnectScreen), *keys)
+            await app.workers.wait_for_complete()
+
+    run(made(FixedViews(SILENT), desk=boat.desk), NARROW, work)
+    assert boat.orders == [Choice(link, records=False), Choice(link, records=True)]
 
 
 def test_a_port_that_is_recorded_is_not_looked_at_beside_its_recording_in_another_spelling_either():
@@ -451,12 +449,11 @@ def test_a_dive_in_which_nothing_arrived_is_said_not_to_be_kept():
     assert notice.endswith("deck is not kept, since nothing arrived in it; the next dive is recorded")
 
 
-@pytest.mark.parametrize("key", ["ctrl+n", "ctrl+e"])
-def test_where_nothing_is_recorded_the_key_says_so(key):
+def test_where_nothing_is_recorded_the_keys_say_so():
     boat = Boat()
-    assert after([key], boat, SILENT) == [f"{NO_RECORDING}; Ctrl-G begins one"]
+    assert after(["ctrl+n", "ctrl+e"], boat, SILENT) == [f"{NO_RECORDING}; Ctrl-G begins one"] * 2
     boat.desk.record = None
-    assert after([key], boat, SILENT) == [NO_RECORDING]
+    assert after(["ctrl+n", "ctrl+e"], boat, SILENT) == [NO_RECORDING] * 2
     assert boat.orders == []
 
 
@@ -465,19 +462,15 @@ def test_why_there_is_no_next_dive_is_said():
     assert after(["ctrl+n"], Boat(why)) == [why]
 
 
-@pytest.mark.parametrize(("typed", "orders"), [("END", ["end"]), ("end", ["end"]), ("", []), ("yes", [])])
-def test_the_recording_is_ended_only_where_that_is_typed(typed, orders):
-    boat = Boat()
-    after(["ctrl+e", *typed, "enter"], boat)
-    assert boat.orders == orders
-
-
-def test_the_question_names_the_dive_and_escape_leaves_it():
+def test_the_question_names_the_dive_and_the_recording_is_ended_only_where_that_is_typed():
     boat = Boat()
     named = Sees("Type END to end the recording of 2026-11-21T0452Z-deck")
     ends = Sees("enter ends it, and the link with it, escape leaves it")
-    after(["ctrl+e", shows(AskScreen), named, ends, *"END", "escape"], boat)
+    left = ("ctrl+e", shows(AskScreen), named, ends, *"END", "escape")
+    after([*left, "ctrl+e", "enter", "ctrl+e", *"yes", "enter"], boat)
     assert boat.orders == []
+    after(["ctrl+e", *"end", "enter"], boat)
+    assert boat.orders == ["end"]
 
 
 def test_a_recording_begun_since_the_question_was_asked_is_not_ended_by_its_answer():

@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from itertools import product
 
 import numpy as np
 import pytest
@@ -180,13 +181,12 @@ def test_a_chart_of_nothing_has_no_axis():
         assert body == [()] * 5
 
 
-@pytest.mark.parametrize("rows", [1, 2, 3, 9])
-@pytest.mark.parametrize("cells", [12, 46])
 @pytest.mark.parametrize("key", ["u", "heading", "depth", "voltage"])
-def test_a_chart_is_as_many_rows_as_it_has_and_no_curve_is_wider(key, rows, cells):
-    lines = lines_of(key, cells, rows)
-    assert len(lines) == rows
-    assert all(len(joined(line)) <= cells for line in lines[1:])
+def test_a_chart_is_as_many_rows_as_it_has_and_no_curve_is_wider(key):
+    for cells, rows in product((12, 46), (1, 2, 3, 9)):
+        lines = lines_of(key, cells, rows)
+        assert len(lines) == rows
+        assert all(len(joined(line)) <= cells for line in lines[1:]), (cells, rows)
 
 
 def test_one_row_of_curve_has_no_tick_for_no_scale_is_seen_in_it():

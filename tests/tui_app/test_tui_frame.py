@@ -45,19 +45,20 @@ def test_a_screen_that_is_shown_again_is_styled_anew_only_in_another_theme_and_s
     assert set(held_s) == {0.01}
 
 
-@pytest.mark.parametrize(
-    "keys",
-    [("ctrl+x",), ("f12",), ("question_mark", "ctrl+x"), ("ctrl+p", "t", "ctrl+x", "e"), ("w", "ctrl+x")],
-    ids=lambda keys: keys[0],
-)
-def test_one_key_forces_the_feed_forward_off_over_whatever_lies_on_the_screen(keys):
+def test_one_key_forces_the_feed_forward_off_over_whatever_lies_on_the_screen():
     views = FixedViews()
 
-    def is_typed_on(app):
-        assert keys[0] != "ctrl+p" or app.screen.query_one(Input).value == "te"
+    def forced(times):
+        return lambda _: views.forced == times
 
-    played(desk(), *keys, is_typed_on, views=views)
-    assert views.forced == 1
+    def is_typed_on(app):
+        return app.screen.query_one(Input).value == "te"
+
+    over_help = ("question_mark", shows(HelpScreen), "ctrl+x", forced(3), "escape")
+    over_palette = ("ctrl+p", "t", "ctrl+x", forced(4), "e", is_typed_on, "escape")
+    over_words = ("w", "ctrl+x", forced(5))
+    steps = ("ctrl+x", forced(1), "f12", forced(2), *over_help, *over_palette, *over_words)
+    played(desk(), *steps, views=views)
 
 
 def test_help_shows_the_live_keys_and_the_top_line_stays_live_over_it():
@@ -140,17 +141,19 @@ def test_the_palette_has_every_action():
     run(made(FixedViews()), NARROW, work)
 
 
-@pytest.mark.parametrize(
-    ("replay", "keys", "offered"),
-    [(None, (), set()), (StillReplay(), (), {"Slower"}), (None, ("2",), {"Newest"})],
-    ids=["on Watch", "in a replay", "on Dives"],
-)
-def test_what_moves_is_in_the_palette_of_its_own_screen_while_it_does_something(replay, keys, offered):
-    async def work(app, pilot):
-        await play(app, pilot, *keys)
-        assert {words for words in ("Slower", "Newest") if words in await in_palette(app, words)} == offered
+def test_what_moves_is_in_the_palette_of_its_own_screen_while_it_does_something():
+    async def offered(app):
+        return {words for words in ("Slower", "Newest") if words in await in_palette(app, words)}
 
-    run(made(FixedViews(), desk=desk(replay=replay)), NARROW, work)
+    async def work(app, pilot):
+        on_watch = await offered(app)
+        await play(app, pilot, "2")
+        return on_watch, await offered(app)
+
+    in_order = (FixedViews(), desk()), (FixedViews(), desk(replay=StillReplay()))
+    usual, replayed = (run(made(views, desk=at), NARROW, work) for views, at in in_order)
+    assert usual == (set(), {"Newest"})
+    assert replayed[0] == {"Slower"}
 
 
 @pytest.mark.parametrize(

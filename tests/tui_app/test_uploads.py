@@ -41,19 +41,11 @@ def has_typed(text):
     return lambda app: app.screen.query_one(Input).value == text
 
 
-@pytest.mark.parametrize(
-    "keys",
-    [
-        ("enter", Sees("is not '7': nothing was sent")),
-        ("7", "7", "enter", Sees("is not '7': nothing was sent")),
-        ("y", "enter", Sees("is not '7': nothing was sent")),
-        ("7", "escape", Lacks("type 7"), "enter"),
-    ],
-    ids=["an enter alone", "another number", "a letter", "escape"],
-)
-def test_only_the_number_of_lines_writes(keys):
-    vehicle = FakeVehicle()
-    on_screen(vehicle, "u", *keys)
+def test_only_the_number_of_lines_writes():
+    """Not an enter alone, another number, a letter, nor an enter after the question was left."""
+    vehicle, refused = FakeVehicle(), ("enter", Sees("is not '7': nothing was sent"))
+    wrong = (*refused, "7", "7", *refused, "backspace", "backspace", "y", *refused, "backspace")
+    on_screen(vehicle, "u", *wrong, has_typed(""), "7", "escape", Lacks("type 7"), "enter")
     assert vehicle.writes == []
 
 

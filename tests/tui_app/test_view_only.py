@@ -54,17 +54,15 @@ def test_no_method_is_called_both_by_an_action_that_looks_and_by_one_that_does_m
     assert not ACTIONS["ff.off"].looks
 
 
-@pytest.mark.parametrize("row", SCREENS, ids=lambda row: row.id)
-def test_nothing_on_a_screen_reaches_a_method_that_does_more_or_is_offered_that_would(row, monkeypatch):
+def test_nothing_on_a_screen_reaches_a_method_that_does_more_or_is_offered_that_would(monkeypatch):
     done = []
 
-    async def work(app, pilot):
-        await play(app, pilot, row.key, Sees("? Help"), Lacks("FF off"))
+    async def asked_on(app, row):
         live = app.screen.active_bindings.values()
-        assert all(ACTIONS[key.binding.id].looks for key in live if key.binding.id)
+        assert all(ACTIONS[key.binding.id].looks for key in live if key.binding.id), row.id
         names = {hit.text async for hit in next(iter(app.COMMANDS))(app.screen).discover()}
         assert "Theme" in names
-        assert names.isdisjoint(REFUSED)
+        assert names.isdisjoint(REFUSED), row.id
         for action in ACTIONS.values():
             where, name, _ = parse(action.call)
             target = app if where == "app" else app.screen
@@ -73,11 +71,17 @@ def test_nothing_on_a_screen_reaches_a_method_that_does_more_or_is_offered_that_
             method = getattr(type(target), f"action_{name}")
 
             def instead(*_, name=name):
-                done.append(name)
+                done.append((row.id, name))
 
             instead.__module__ = method.__module__
             monkeypatch.setattr(type(target), f"action_{name}", instead)
             await app.run_action(action.call, app.screen)
+
+    async def work(app, pilot):
+        for row in SCREENS:
+            await play(app, pilot, row.key, Sees("? Help"), Lacks("FF off"))
+            assert type(app.screen) is row.make
+            await asked_on(app, row)
 
     run(made(FixedViews(), desk=desk(), view_only=True), NARROW, work)
     assert done == []
@@ -95,17 +99,15 @@ def test_a_refused_key_is_answered_by_a_sentence_and_the_mark_is_on_top(view_onl
     assert views.forced == forced
 
 
-@pytest.mark.parametrize(
-    ("key", "sentence"),
-    [
-        ("3", "not identified yet; this view only looks, and identifies nothing"),
-        ("4", f"{DIVE}; this view only looks, and can't diagnose it."),
-        ("6", f"{DIVE}; this view only looks, and can't validate it."),
-        ("5", "so there is nothing to compare; this view only looks, and identifies nothing"),
-    ],
-)
-def test_no_sentence_offers_what_a_view_can_t_begin(key, sentence, tmp_path):
-    played(desk_with(tmp_path, diagnosed=False), key, Sees(sentence), view_only=True)
+def test_no_sentence_offers_what_a_view_can_t_begin(tmp_path):
+    sentences = {
+        "3": "not identified yet; this view only looks, and identifies nothing",
+        "4": f"{DIVE}; this view only looks, and can't diagnose it.",
+        "6": f"{DIVE}; this view only looks, and can't validate it.",
+        "5": "so there is nothing to compare; this view only looks, and identifies nothing",
+    }
+    steps = [step for key, sentence in sentences.items() for step in (key, Sees(sentence))]
+    played(desk_with(tmp_path, diagnosed=False), *steps, view_only=True)
 
 
 def test_the_palette_is_no_way_around():

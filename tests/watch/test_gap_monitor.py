@@ -335,7 +335,7 @@ def test_nothing_is_compared_without_a_model_a_file_or_while_disarmed():
 def test_a_vehicle_that_can_not_be_compared_fills_no_memory_however_long(coefficients, silent):
     live = live_with(coefficients)
     live.take(Reading("alive", math.nan, (1.0, 12.0, 0.0)))
-    for step in range(600 * 20):
+    for step in range(150 * 20):
         for signal in {"imu", "fog", "attitude", "pwm", "dvl", "battery"} - {*silent}:
             live.take(Reading(signal, 0.05 * step, (1.0,) * 8))
     assert sum(len(samples.time_s) for samples in live._signals.values()) < 6 * 20 * 20
