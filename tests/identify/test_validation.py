@@ -177,15 +177,24 @@ def test_a_speed_held_for_less_than_two_seconds_is_no_speed_held():
     assert short.speeds == ()
 
 
-def test_a_linear_heading_reference_has_only_a_steady_state():
+def turning(rate_rad_s):
     """The paper's yaw reference: the rate jumps to its value, and its derivative is never told."""
     time_s = np.arange(800) / RATE_HZ
     reference = np.zeros((800, 14))
-    reference[200:600, 5] = 0.1
+    reference[200:600, 5] = rate_rad_s
     gyro = np.zeros((800, 3))
     gyro[:, 2] = reference[:, 5] + 0.01
-    turning = Dive("d", Path("d"), "0", nu_ref=Signal(time_s, reference), gyro=Signal(time_s, gyro))
-    yaw = tracking_errors(turning).axis("yaw")
+    return Dive("d", Path("d"), "0", nu_ref=Signal(time_s, reference), gyro=Signal(time_s, gyro))
+
+
+@pytest.mark.parametrize("rate_rad_s", [0.05, 0.1, math.radians(5.0), math.radians(10.0), math.radians(45.0)])
+def test_a_rate_of_turn_that_is_held_is_told_within_half_a_percent(rate_rad_s):
+    (at,) = tracking_errors(turning(rate_rad_s)).axis("yaw").speeds
+    assert (at.speed, at.error) == (pytest.approx(rate_rad_s, rel=0.005), pytest.approx(0.01))
+
+
+def test_a_linear_heading_reference_has_only_a_steady_state():
+    yaw = tracking_errors(turning(0.1)).axis("yaw")
     assert yaw.steady_state == pytest.approx(0.01)
     assert math.isnan(yaw.acceleration)
     assert math.isnan(yaw.pid_effort)
