@@ -80,7 +80,8 @@ class ParameterServer:
         self._texts = [*self._memory.texts]
         self._news: list[str] = []
         self._mode, self._is_stored = Mode(int(self._memory.mode)), False
-        self._aside, self._storing = aside or _AtOnce(), Future[None]()
+        self._aside = aside or _AtOnce()
+        self._storing: Future[None] | None = None
         self._active = self._memory.committed
         self._staged = dict(self._active or {parameter.name: parameter.default for parameter in table})
         self._by_configuration = self._sorted_by_configuration()
@@ -162,8 +163,7 @@ class ParameterServer:
 
         After a start with a stored mode that acts, they include that the feed-forward acts once armed.
         """
-        if self._storing.done():
-            self._end_storing()
+        self._end_storing_if_done()
         texts, self._texts = self._texts, []
         came_up, self._came_up_acting = self._came_up_acting, False
         if came_up and self._mode.applies_feedforward:
@@ -198,8 +198,7 @@ class ParameterServer:
         self._mode = wanted
         # Switching off must work on a full disk too, so a mode takes effect even if it can't be stored.
         self._begin_storing()
-        if self._storing.done():
-            self._end_storing()
+        self._end_storing_if_done()
         return None
 
     def _commit(self, value: float, armed: bool) -> Refusal | None:
@@ -282,11 +281,16 @@ class ParameterServer:
         self._storing = self._aside.submit(self._memory.save, float(self._mode), self._active)
         self._is_stored = True
 
+    def _end_storing_if_done(self) -> None:
+        if self._storing is not None and self._storing.done():
+            self._end_storing()
+
     def _end_storing(self) -> bool:
         """Wait until mode and set are stored; return whether they are, and tell the crew if not."""
-        storing, self._storing = self._storing, Future()
+        storing, self._storing = self._storing, None
         try:
-            storing.result()
+            if storing is not None:
+                storing.result()
         except ParamError:
             self._texts.append("parameters can't be stored: check the disk")
             self._is_stored = False
