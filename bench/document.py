@@ -56,9 +56,9 @@ def wall_lines(whole: Mapping[str, float | None]) -> list[str]:
 
 
 HEAD = (
-    "# Benchmarks\n\nWritten by `make bench`; every figure here comes from it. Each section is marked with a stamp of\n"
-    "the code that it was measured with. Where that code had changed when this page was last written, the section\n"
-    "begins by saying so.\n\n"
+    "# Benchmarks\n\nWritten by `python -m bench`; every figure here comes from it. Each section is marked with a stamp\n"
+    "of the code that it was measured with. Where that code had changed when this page was last written, the\n"
+    "section begins by saying so.\n\n"
 )
 OLDER = "*The code behind this section has changed since it was measured.*\n\n"
 _BLOCK = re.compile(
@@ -106,8 +106,10 @@ def written(sections: Mapping[str, Section], order: tuple[str, ...]) -> str:
     """The document: sections in the given order; those that `order` does not name are left out."""
     shown = {name: sections[name] for name in order if name in sections}
     took = wall_lines({name: section.wall_s for name, section in shown.items() if not section.asked})
+    asked = [name for name, section in shown.items() if section.asked]
+    beyond = paragraph(f"No part of it, and run by name alone: {', '.join(asked)}.") if asked else []
     blocks = [_block(name, section) for name, section in shown.items()]
-    return HEAD + "\n".join([*took, "", *blocks])
+    return HEAD + "\n".join([*took, *beyond, "", *blocks])
 
 
 def _block(name: str, section: Section) -> str:

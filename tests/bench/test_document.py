@@ -142,7 +142,8 @@ def test_times_of_sections_are_kept_in_their_marks_and_added_up_at_the_top():
     assert "<!-- section: c; code: 56; seconds: 9999; asked -->\n## C" in page
     head = " ".join(page.split("<!--")[0].split())
     assert "`make bench` took 34 min of wall time, the runs of its sections added up (a 30.0, b 4.0)" in head
-    assert head.endswith("Goal: within 90 min: met.")
+    assert head.endswith("Goal: within 90 min: met. No part of it, and run by name alone: c.")
+    assert "by name alone" not in written({"a": Section("## A", "12")}, ("a",))
     assert read(page)["c"] == Section("## C", "56", wall_s=9999.0, asked=True)
 
 
