@@ -56,7 +56,8 @@ def wall_lines(whole: Mapping[str, float | None]) -> list[str]:
 
 
 HEAD = (
-    "# Benchmarks\n\nWritten by `python -m bench`; every figure here comes from it. Each section is marked with a stamp\n"
+    "# Benchmarks\n\n"
+    "Written by `python -m bench`; every figure here comes from it. Each section is marked with a stamp\n"
     "of the code that it was measured with. Where that code had changed when this page was last written, the\n"
     "section begins by saying so.\n\n"
 )
