@@ -51,6 +51,16 @@ async def settled(app, pilot):
     await pilot.pause()
 
 
+async def resized(app, pilot, size):
+    """Give the terminal this size, until what it shows stands still."""
+    await pilot.resize_terminal(*size)
+    shown, alike = "", 0
+    while alike < 3 or app.screen.size != size:
+        await pilot.pause()
+        alike = alike + 1 if text(app) == shown else 0
+        shown = text(app)
+
+
 async def pressed(pilot, *keys):
     for key in keys:
         await pilot.press(key)

@@ -13,7 +13,7 @@ from made_diagnosis import CHECK, DIVE, OLDER, desk_with, diagnosis
 from made_dives import dive
 from made_view import FixedViews
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, play, played, run, shows
+from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, play, played, resized, run, shows
 
 from bridge.reports import UNKEPT, Report
 from bridge.vehicle.forecast import ForecastRow
@@ -351,7 +351,7 @@ def test_the_verdict_is_shown_to_its_end_on_every_screen(tmp_path):
     async def work(app, pilot):
         await play(app, pilot, "4")
         for size in ((48, 30), NARROW, WIDE):
-            await pilot.resize_terminal(*size)
+            await resized(app, pilot, size)
             await play(app, pilot, Sees("Most of it lies in yaw, turning. [d] diagnoses it again"))
 
     run(made(FixedViews(), desk=desk_with(tmp_path)), NARROW, work)

@@ -9,7 +9,22 @@ from fake_verbs import FakeVerbs, desk
 from made_dives import HOVERING
 from made_view import SAID, SENSORS, UNIX_S, FixedViews, StillReplay, picture, replayed, view
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import NARROW, WIDE, Lacks, Sees, looks, made, plain, play, played, run, shows, strips, text
+from screen_text import (
+    NARROW,
+    WIDE,
+    Lacks,
+    Sees,
+    looks,
+    made,
+    plain,
+    play,
+    played,
+    resized,
+    run,
+    shows,
+    strips,
+    text,
+)
 from soak import rest_in_soak
 
 from bridge.wire.framing import Encoder
@@ -433,7 +448,7 @@ def test_every_velocity_and_the_depth_have_their_value_however_many_rows_the_wor
 
     async def work(app, pilot):
         for size in (NARROW, (80, 30), (40, 24), (48, 30)):
-            await pilot.resize_terminal(*size)
+            await resized(app, pilot, size)
             await play(app, pilot, *values)
 
     views = FixedViews(replace(view(), picture=loud, trouble=long))
@@ -471,8 +486,7 @@ def test_the_sensors_of_a_dive_that_is_over_are_no_faults():
 def test_where_the_words_leave_room_the_supply_stands_below_them_and_the_other_charts_have_its_rows():
     async def work(app, pilot):
         for size, beside in (((140, 40), True), ((140, 34), False), ((120, 40), False)):
-            await pilot.resize_terminal(*size)
-            await pilot.pause()
+            await resized(app, pilot, size)
             supply, heading = (
                 app.screen.query_one(f"#{name}").region.height
                 for name in ("beside-chart-voltage", "chart-heading")
