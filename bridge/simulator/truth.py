@@ -1,14 +1,23 @@
 """What is true of a simulated vehicle: coefficients and disturbance, from `<vehicle file>.truth.yaml`, and noise."""
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 from bridge import schema
 from bridge.errors import ConfigError
-from bridge.simulator.onset import EAST, NORTH, OF_THE_SEA, PERIOD
-from bridge.vehicle.coefficients import ASTERN, BY_NAME, DAMPINGS, LEAST, MASSES, QUADRATIC_NAMES, START
+from bridge.simulator.onset import EAST, HEIGHT, NORTH, OF_THE_SEA, PERIOD, TETHER
+from bridge.vehicle.coefficients import (
+    ASTERN,
+    BY_NAME,
+    DAMPINGS,
+    LEAST,
+    MASSES,
+    OF_ANY_VEHICLE,
+    QUADRATIC_NAMES,
+    START,
+    gain_name,
+)
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.references import Six
 
@@ -16,6 +25,16 @@ DISTURBANCE_N_PER_KG = 0.35 / 72.0
 DELAY = "delay"
 """Dead time between a command and its thrust beyond the vehicle file's, s."""
 PLANTED = (*QUADRATIC_NAMES, ASTERN, START, LEAST, DELAY)
+BOUNDS = {
+    **{name: (0.0, each.high) for name, each in OF_ANY_VEHICLE.items()},
+    DELAY: (0.0, 5.0),
+    NORTH: (-5.0, 5.0),
+    EAST: (-5.0, 5.0),
+    TETHER: (0.0, 1e4),
+    HEIGHT: (0.0, 20.0),
+    PERIOD: (1.0, 60.0),
+}
+"""Least and largest value of each effect that can be simulated, those of the sea beyond any that a vehicle dives in."""
 GAIN = re.compile(r"T\d+_gain")
 
 
@@ -49,7 +68,9 @@ class Truth:
             )
         for name, value in self.model.items():
             if not BY_NAME[name].low <= value <= BY_NAME[name].high:
-                raise ValueError(f"model: {name} is {value}, outside its bounds")
+                raise ValueError(
+                    f"model: {name} is {value:g}; give {BY_NAME[name].low:g} to {BY_NAME[name].high:g}"
+                )
         _check("effects", self.effects, PLANTED)
         _check("onset", self.onset, (*PLANTED, *OF_THE_SEA))
         if min(self.disturbance_n, self.disturbance_nm) < 0 or self.disturbance_time_s <= 0:
@@ -87,9 +108,9 @@ def _check(part: str, effects: Mapping[str, float], known: tuple[str, ...]) -> N
     for name, value in effects.items():
         if name not in known and not GAIN.fullmatch(name):
             raise ValueError(f"{part}: '{name}' can't be simulated; known: {', '.join(known)}, T1_gain ...")
-        low = -math.inf if name in (NORTH, EAST) else 0.0
-        if not (low <= value < math.inf and math.isfinite(value)) or (name == PERIOD and value <= 0.0):
-            raise ValueError(f"{part}: {name} is {value}, outside its bounds")
+        low, high = BOUNDS.get(name, BOUNDS[gain_name(1)])
+        if not low <= value <= high:
+            raise ValueError(f"{part}: {name} is {value:g}; give {low:g} to {high:g}")
 
 
 def load_truth(file: VehicleFile, configuration: str) -> Truth:

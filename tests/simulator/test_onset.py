@@ -96,6 +96,8 @@ def test_waves_carry_a_float_along_their_orbit_and_reach_no_deeper_than_they_are
         ({"tide": 1.0}, "'tide' can't be simulated"),
         ({"X_uu": -1.0}, "X_uu"),
         ({"current_n": float("nan")}, "nan"),
+        ({"current_n": 1e9}, r"current_n is 1e\+09; give -5 to 5"),
+        ({"T60_gain": 3.0}, "T60_gain is 3; give 0 to 2"),
     ],
 )
 def test_an_onset_that_cannot_be_is_refused(onset, words):
@@ -105,4 +107,4 @@ def test_an_onset_that_cannot_be_is_refused(onset, words):
 
 def test_a_gain_out_of_bounds_is_refused_before_the_dive():
     with pytest.raises(ConfigError, match="T1_gain"):
-        Plant(PUSH, CURVE, 0.0, replace(STILL_WATER, onset={"T1_gain": 9.0}), np.random.default_rng(0))
+        Plant(PUSH, CURVE, 0.0, replace(STILL_WATER, onset={"T1_gain": 0.01}), np.random.default_rng(0))
