@@ -151,8 +151,10 @@ def _likelier_with_one_more(
         trial = weighing.fitted((*fit.causes, cause))
         if len(trial.causes) == len(fit.causes) or not may_be_cause(trial.causes[-1], weighing):
             continue
-        settled, settled_fit = _settled(nominal, weighing, trial, at)
-        if len(settled_fit.causes) <= len(fit.causes):
+        # Filters that are far less likely with it are at another maximum, which no settling leaves.
+        least_likely = weighing.now.log_posterior - FAR_LIKELIER * required
+        settled, settled_fit = _settled(nominal, weighing, trial, at, least_likely)
+        if len(settled_fit.causes) <= len(fit.causes) or settled.now.log_posterior < least_likely:
             return None
         rise = _lasting(nominal, settled, settled_fit) - _lasting(nominal, weighing, fit)
         others = settled.fitted(settled_fit.causes[:-1])
@@ -294,11 +296,16 @@ def without_shadows_of_companions(weighing: Weighing, fit: Fitted) -> Fitted:
 
 
 def _settled(
-    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+    nominal: Nominal,
+    weighing: Weighing,
+    fit: Fitted,
+    at: Callable[[Nominal, Sequence[Cause]], Weighing],
+    least_likely: float = -np.inf,
 ) -> tuple[Weighing, Fitted]:
     """Refit causes and noise levels in turns until both agree; far faster than weighing all candidates each time.
 
-    Turns that lead away from the filters' maximum are abandoned.
+    Turns that lead away from the filters' maximum are abandoned, and all of them after one that ends below the log
+    posterior `least_likely`.
     """
     course = weighing.now.course
     # A current's course is among what is fitted, that of the water in waves is not.
@@ -313,7 +320,7 @@ def _settled(
         fit = weighing.fitted(before.causes)
         if best is None or now.log_posterior > best[0].now.log_posterior:
             best = weighing, fit
-        if _same(fit, before):
+        if _same(fit, before) or now.log_posterior < least_likely:
             break
     return weighing, fit
 
