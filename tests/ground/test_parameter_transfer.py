@@ -7,8 +7,7 @@ from soak import rest_in_soak
 from gcs_plugin.params.deadline import RoundTrips, attempts_needed, deadline_s, retry_delay_s
 from gcs_plugin.params.listing import Listing
 from gcs_plugin.params.session import READ_WITHIN_S
-from gcs_plugin.params.transfer import Outcome, ReadValue, RestartScripts, SetValue, Transfer, confirm, write
-from gcs_plugin.params.withdrawal import Withdrawal
+from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue, Transfer, confirm, write
 
 BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "jitter_s": 0.2}
 HELD = dict.fromkeys([f"P_{n:02d}" for n in range(40)], 0.0)
@@ -225,34 +224,3 @@ def test_an_answer_to_a_question_that_was_repeated_often_tells_nothing_until_all
     trips.on_sent("A", 20.0)
     trips.on_heard("A", 20.25)
     assert trips.quiet_s == 2 * 0.25 * 16
-
-
-def test_a_withdrawal_restarts_the_scripts_until_no_set_reads_in_force_and_then_has_succeeded():
-    made = Withdrawal(SOURCE, 0.0, 60.0)
-    assert (made.done, made.succeeded, made.waits, made.results, made.progress) == (
-        False,
-        False,
-        True,
-        {},
-        (0, 1),
-    )
-    assert made.tick(0.0) == [RestartScripts()]
-    now_s, sends = 0.0, []
-    while not sends:
-        now_s += 0.5
-        sends = made.tick(now_s)
-    assert not made.waits
-    made.on_value("FF_ACTIVE", 0.0, SOURCE, now_s)
-    made.tick(now_s + 0.1)
-    assert (made.done, made.succeeded, made.failure(), made.progress) == (True, True, None, (1, 1))
-    assert made.results["FF_ACTIVE"].outcome is Outcome.APPLIED
-    assert made.tick(70.0) == []
-
-
-def test_a_withdrawal_that_is_never_read_back_has_failed_at_its_deadline():
-    made = Withdrawal(SOURCE, 0.0, 60.0)
-    for now_s in range(61):
-        made.tick(float(now_s))
-    assert (made.done, made.succeeded) == (True, False)
-    assert made.failure().sentence == "FF_ACTIVE was not read back as 0 within 60 s"
-    assert made.results["FF_ACTIVE"].outcome is Outcome.UNVERIFIED
