@@ -4,7 +4,7 @@ import pytest
 from fakes.parameters_over_a_link import SOURCE, Reached
 from soak import rest_in_soak
 
-from gcs_plugin.params.deadline import RoundTrips, attempts_needed, deadline_s, retry_delay_s
+from gcs_plugin.params.deadline import RoundTrips, deadline_s, retry_delay_s
 from gcs_plugin.params.listing import Listing
 from gcs_plugin.params.session import READ_WITHIN_S
 from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue, Transfer, confirm, write
@@ -180,13 +180,6 @@ def test_a_table_that_changes_meanwhile_is_read_anew():
     assert listing.missing == [1, 2]
     listing.on_value("B", 1.0, 0, 3, SOURCE, 0.3)
     assert listing.values == {"B": 1.0}
-
-
-@pytest.mark.parametrize(
-    ("loss", "requests", "failure", "attempts"), [(0.0, 40, 1e-3, 1), (0.3, 1, 0.51, 1), (0.3, 40, 1e-3, 16)]
-)
-def test_attempts_grow_with_loss(loss, requests, failure, attempts):
-    assert attempts_needed(loss, requests, failure) == attempts
 
 
 def test_a_delay_grows_by_half_to_a_second_and_a_deadline_with_what_is_asked():
