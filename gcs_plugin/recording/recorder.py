@@ -15,8 +15,9 @@ from bridge.clock import Clock
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Frame
 from bridge.wire.redaction import carries_key
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.peers import CROWDED, KnownVehicle, Peers, Reception, ground_heartbeat
-from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles, Writer
+from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles
 from gcs_plugin.recording.link import RecordedLink
 from gcs_plugin.recording.silence import SilenceTracker
 
@@ -97,7 +98,7 @@ class Recorder:
     def __init__(
         self,
         links: Sequence[Link],
-        open_file: Callable[[int], Writer],
+        open_file: Callable[[int], TlogWriter],
         clock: Clock,
         free_bytes: Callable[[], int],
         notice: Callable[[Notice], None],
@@ -183,7 +184,7 @@ class Recorder:
             self._tell_twins()
         return received
 
-    def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[DiveCounts], None]) -> None:
+    def go_on(self, open_file: Callable[[int], TlogWriter], changed: Callable[[DiveCounts], None]) -> None:
         """Begin the next dive with the next `step`, in files of `open_file`; may be called from another thread.
 
         `changed` is called in the thread of `step` with the counts of the dive that ended. Raises LogError if the first
