@@ -10,14 +10,14 @@ explanation gives the confidence.
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from bridge.arrays import Array, Vector3
+from bridge.arrays import Array
 from bridge.attitude import angles_of
 from bridge.errors import LogError
 from bridge.sensors.mounting import mounting_matrix
@@ -43,14 +43,6 @@ TURNS: Final = _all_turns()
 IDENTITY: Final = 0
 
 
-@dataclass(frozen=True, slots=True)
-class Correction:
-    """The values that the vehicle file should have for a mounting instead."""
-
-    rotation_deg: Vector3
-    signs: Vector3
-
-
 def is_mirror(turn: Array) -> bool:
     return bool(np.linalg.det(turn) < 0)
 
@@ -65,7 +57,7 @@ def describe(turn: Array) -> str:
     return ", ".join(parts) or "all axes are right"
 
 
-def corrected(mounting: Mounting, turn: Array) -> Correction:
+def corrected(mounting: Mounting, turn: Array) -> Mounting:
     """Return the mounting that undoes `turn`, given measured = turn @ true under the present `mounting`.
 
     The signs stay as they are for a turn. For a mirror one more sign changes: the choice that leaves least rotation.
@@ -77,7 +69,8 @@ def corrected(mounting: Mounting, turn: Array) -> Correction:
     signs = now * best
     # Adding 0 makes -0 a 0.
     roll, pitch, yaw = (round(math.degrees(a), 3) + 0.0 for a in angles_of(matrix @ np.diag(signs)))
-    return Correction((roll, pitch, yaw), (float(signs[0]), float(signs[1]), float(signs[2])))
+    x, y, z = map(float, signs)
+    return replace(mounting, rotation_deg=(roll, pitch, yaw), signs=(x, y, z))
 
 
 WEIGHTS: Final = {"dvl": 1.0, "rate": 1.0, "force": 0.5, "fog": 0.5}

@@ -10,7 +10,7 @@ from wet_dive import turned, wet_check
 
 from bridge.errors import ConfigError, LogError
 from bridge.sensors.mounting import mounting_matrix
-from bridge.vehicle.config import Mounting, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
@@ -121,8 +121,7 @@ def test_the_advice_mends_the_mounting(right):
     key = VEHICLES[0]
     configured = FILES[key[0]].vehicle.sensors.dvl.mounting
     for turn in TURNS:
-        advice = corrected(configured, turn)
-        mended = np.array(mounting_matrix(Mounting(advice.rotation_deg, advice.signs)))
+        mended = np.array(mounting_matrix(corrected(configured, turn)))
         # What the device says is turn @ true after the configured mounting; the advised one must give the truth.
         device = np.array(mounting_matrix(configured)).T @ turn
         assert np.allclose(mended @ device, np.eye(3), atol=1e-4)
