@@ -25,8 +25,7 @@ from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText
 from gcs_plugin.feedforward.switched_vehicle import SwitchedVehicle
-from gcs_plugin.params.transfer import Source
-from gcs_plugin.peers import GROUND_STATION, KnownVehicle, heartbeat_read
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Source, heartbeat_read
 from gcs_plugin.watch.channels import StatusTexts
 
 LACKING_S: Final = 10.0

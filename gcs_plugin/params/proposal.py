@@ -37,9 +37,10 @@ from gcs_plugin.params.plausible import acts_twice, implausible
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
 from gcs_plugin.params.sidecar import sidecar_path
-from gcs_plugin.params.transfer import Outcome, Source
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Upload
 from gcs_plugin.params.wanted import Wanted
+from gcs_plugin.peers import Source
 
 TAKEN_BACK: Final = "no part of this model, taken back"
 

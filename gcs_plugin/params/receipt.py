@@ -26,8 +26,9 @@ from gcs_plugin.params import float32
 from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, acting_text, unit_of
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
-from gcs_plugin.params.transfer import Outcome, Source
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Ending
+from gcs_plugin.peers import Source
 
 BEFORE: Final = "-before.param"
 RECEIPT: Final = "-receipt.json"

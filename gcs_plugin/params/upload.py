@@ -34,12 +34,12 @@ from gcs_plugin.params.transfer import (
     Result,
     Send,
     SetValue,
-    Source,
     Task,
     Transfer,
     confirm,
     write,
 )
+from gcs_plugin.peers import Source
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
 LOAD_S: Final = 5.0
