@@ -73,12 +73,6 @@ def test_a_parameter_that_the_vehicle_lacks_is_refused_by_its_error():
     assert transfer.results["P_99"].sentence == "P_99 refused: the vehicle has no such parameter"
 
 
-def test_no_more_than_the_window_fly_at_once():
-    transfer = Transfer([write(n, v) for n, v in TARGETS.items()], SOURCE, 0.0, PATIENT_S)
-    assert [send.name for send in transfer.tick(0.0)] == NAMES[:8]
-    assert transfer.tick(0.1) == []
-
-
 def test_the_echo_alone_proves_nothing():
     transfer = Transfer([write("A", 0.7)], SOURCE, 0.0, PATIENT_S)
     assert transfer.tick(0.0) == [SetValue("A", 0.699999988079071)]
@@ -156,11 +150,6 @@ def test_a_list_with_holes_ends_at_the_deadline_and_names_them():
     assert listing.done
     assert not listing.complete
     assert listing.missing == [1]
-
-
-def test_of_a_list_that_has_not_begun_nothing_is_known_to_be_missing():
-    listing = Listing(SOURCE, 0.0, 5.0)
-    assert (listing.missing, listing.complete) == ([], False)
 
 
 def test_an_autopilots_long_list_is_whole_on_a_link_that_loses_a_third_each_way():

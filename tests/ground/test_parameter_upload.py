@@ -289,14 +289,6 @@ def test_stopped_between_the_last_read_back_and_the_commit_nothing_is_committed(
     assert {name: vehicle.values[name] for name in BEFORE} == BEFORE
 
 
-def test_a_vehicle_that_started_anew_at_the_commit_is_staged_anew():
-    vehicle = Reached(OLD)
-    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
-    assert vehicle.run(upload, lambda: upload.stage is Stage.COMMIT)
-    upload.on_reboot(vehicle.now_s)
-    assert upload.stage is Stage.STAGE
-
-
 def test_a_silence_is_counted_from_the_vehicles_last_answer_of_any_kind_and_from_no_other_component():
     upload = Upload(make_plan(TARGETS, Reached(OLD).values), SOURCE, 1.0)
     assert upload.unanswered_s(4.0) == 3.0
