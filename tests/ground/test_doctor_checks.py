@@ -188,6 +188,11 @@ def test_a_link_without_a_vehicle_is_told_with_the_frames_that_came(talker):
 CAMERA = (0.0, 30.0, 8.0)
 
 
+def test_a_camera_alone_is_no_vehicle(talker):
+    talker.rates["alive"] = (1.0, CAMERA)
+    assert "but no vehicle's HEARTBEAT" in examined(talker)["link"].sentence
+
+
 def test_a_vehicle_is_armed_as_its_autopilot_says_and_not_a_camera_or_a_computer_aboard(talker):
     talker.rates["alive"] = (1.0, (1.0, 12.0, 3.0))
     read, camera, computer = talker.read, Encoder(1, 100), Encoder(1, 194)
