@@ -322,7 +322,7 @@ def newest(receipts: Path, system: int) -> Newest:
 
 
 class Turn:
-    """Exclusive right to upload to MAVLink system `system`, held from construction until `end`.
+    """Exclusive right to upload to MAVLink system `system`, held from construction until `close`.
 
     `read_at` is the result of `newest` at the time the vehicle was read, None to skip that check. Raises ParamRejected
     if another program has the turn, or has had it since the vehicle was read.
@@ -344,16 +344,10 @@ class Turn:
                     f"another program wrote to vehicle {system} since it was read: nothing was sent; look at it again"
                 )
         except ParamRejected:
-            self.end()
+            self.close()
             raise
 
-    def end(self) -> None:
+    def close(self) -> None:
         if self._file is not None:
             self._file.close()
             self._file = None
-
-    def __enter__(self) -> "Turn":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.end()

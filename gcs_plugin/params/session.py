@@ -219,7 +219,7 @@ class Session:
     def close(self) -> None:
         """Release the vehicle for other uploads."""
         if self._turn is not None:
-            self._turn.end()
+            self._turn.close()
             self._turn = None
 
     def tick(self) -> list[Any]:

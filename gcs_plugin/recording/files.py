@@ -9,6 +9,7 @@ import contextlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from bridge.clock import Clock
@@ -96,15 +97,6 @@ class Kept:
     lost: int
 
 
-@dataclass(frozen=True)
-class _Following:
-    """The pending next dive: its first file, its file opener, and the callback for the change."""
-
-    writer: TlogWriter
-    open_file: Callable[[int], TlogWriter]
-    changed: Callable[[Kept], None]
-
-
 class RecordedFiles:
     """Writes frames to the files of a dive.
 
@@ -120,7 +112,7 @@ class RecordedFiles:
         self._waiting_bytes = 0
         self._failure = ""
         self._sync_failure: LogError | None = None
-        self._following: _Following | None = None
+        self._following: Callable[[], None] | None = None
         self._given_up: deque[TlogWriter] = deque()
         self._begin(open_file(1))
 
@@ -189,19 +181,23 @@ class RecordedFiles:
         """
         if self._following is not None:
             raise LogError("the next dive waits for the disk already; check the disk")
-        self._following = _Following(open_file(1), open_file, changed)
+        self._following = partial(self._change_to, open_file(1), open_file, changed)
 
     def change(self) -> None:
         """Change to the next dive's files if one is pending; frames that could not be written yet go there."""
         following, self._following = self._following, None
-        if following is None:
-            return
+        if following is not None:
+            following()
+
+    def _change_to(
+        self, first: TlogWriter, open_file: Callable[[int], TlogWriter], changed: Callable[[Kept], None]
+    ) -> None:
         self.drain()
         self._give_up()
-        self._open_file = following.open_file
+        self._open_file = open_file
         kept = self.kept
-        self._begin(following.writer)
-        following.changed(kept)
+        self._begin(first)
+        changed(kept)
 
     def sync(self) -> None:
         """Sync the written frames to the disk, and see that their file is in its place; call it from another thread
