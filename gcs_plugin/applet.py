@@ -119,25 +119,22 @@ class Station(Asking):
 
     def beating(self, seconds: float) -> bool:
         """Whether the applet beats within `seconds`."""
-
-        def beats(message: Any) -> bool | None:
-            mine = message.get_type() == "NAMED_VALUE_FLOAT" and message.name == MODE
-            return True if mine else None
-
-        try:
-            return self.until(beats, seconds)
-        except LinkTimeout:
-            return False
+        return self._told(MODE, seconds) is not None
 
     def lets_go(self, seconds: float) -> bool | None:
         """Whether the applet has proved that an override ends by itself; None where it has not tried yet."""
+        proof = self._told(ENDS, seconds)
+        return None if proof is None else bool(proof)
 
-        def proof(message: Any) -> bool | None:
-            mine = message.get_type() == "NAMED_VALUE_FLOAT" and message.name == ENDS
-            return bool(message.value) if mine else None
+    def _told(self, name: str, seconds: float) -> float | None:
+        """The value of that name in the applet's telemetry; None if it does not come within `seconds`."""
+
+        def told(message: Any) -> float | None:
+            mine = message.get_type() == "NAMED_VALUE_FLOAT" and message.name == name
+            return float(message.value) if mine else None
 
         try:
-            return self.until(proof, seconds)
+            return self.until(told, seconds)
         except LinkTimeout:
             return None
 

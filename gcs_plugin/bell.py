@@ -19,7 +19,7 @@ class Bell:
     """
 
     def __init__(self, settings: Settings, bell: Callable[[], object]) -> None:
-        self._bell, self._without_sound = bell if settings.bell else _silence, bell
+        self._bell, self._is_on = bell, settings.bell
         try:
             self._sound = shlex.split(settings.sound)
         except ValueError:
@@ -36,13 +36,14 @@ class Bell:
         recent = {key: last_s for key, last_s in self._last_s.items() if now_s - last_s <= BACK_S}
         new = tuple(alarm for alarm in alarms if alarm.key not in recent)
         self._last_s = recent | dict.fromkeys((alarm.key for alarm in alarms), now_s)
-        if new:
+        if new and (self._fails() or self._is_on):
             self._bell()
-            if self._sound:
-                self._play()
         return new
 
-    def _play(self) -> None:
+    def _fails(self) -> bool:
+        """Play the sound, if there is one; return whether it can't be started."""
+        if not self._sound:
+            return False
         try:
             self.played = subprocess.Popen(
                 self._sound,
@@ -52,9 +53,5 @@ class Bell:
                 start_new_session=True,
             )
         except OSError:
-            if self._bell is _silence:
-                self._without_sound()
-
-
-def _silence() -> None:
-    """No bell."""
+            return True
+        return False

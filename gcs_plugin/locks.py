@@ -35,15 +35,21 @@ def try_lock(file: int, *, exclusive: bool = True) -> bool:
     return True
 
 
+def _lock_within(file: int, longest_s: float, every_s: float) -> bool:
+    """Lock an open file as soon as nobody else holds it; return whether that was within `longest_s`."""
+    end_s = time.monotonic() + longest_s
+    while not (is_held := try_lock(file)) and time.monotonic() < end_s:
+        time.sleep(every_s)
+    return is_held
+
+
 @contextlib.contextmanager
 def folder_lock(folder: Path) -> Iterator[None]:
     """Context with the folder locked; without the lock if folders can't be locked or CHANGE_S have passed."""
     held = None
     with contextlib.suppress(OSError):
         held = os.open(folder, os.O_RDONLY)
-        end_s = time.monotonic() + CHANGE_S
-        while not try_lock(held) and time.monotonic() < end_s:
-            time.sleep(RETRY_S)
+        _lock_within(held, CHANGE_S, RETRY_S)
     try:
         yield
     finally:
@@ -107,11 +113,7 @@ def merge_lock(folder: Path, again: str) -> Iterator[None]:
     except OSError as error:
         raise LogError(f"can't be read ({error.strerror}); check its rights and {again}", folder) from None
     try:
-        looks = round(MERGE_S / LOOK_EVERY_S)
-        while not (held := try_lock(opened)) and looks > 0:
-            looks -= 1
-            time.sleep(LOOK_EVERY_S)
-        if not held:
+        if not _lock_within(opened, MERGE_S, LOOK_EVERY_S):
             process = holder_of(folder)
             by = f"another merge or fetch{f' (process {process})' if process else ''}"
             raise LogError(f"{by} puts recordings of it together; wait for its end and {again}", folder)

@@ -36,20 +36,14 @@ def _poly(x: float, *coefficients: float) -> float:
 TETHER: Final = "tether"
 MOST_KG: Final = 1000.0
 LONGEST_M: Final = 10000.0
-LIMITS: Final[Mapping[str, tuple[float, float]]] = {
-    "water_temperature_c": (COLDEST_C, WARMEST_C),
-    "salinity": (0.0, SALTIEST),
-    "tether_out_m": (0.0, LONGEST_M),
-    "ballast_kg": (-MOST_KG, MOST_KG),
-    "payload_kg": (-MOST_KG, MOST_KG),
+LIMITS: Final[Mapping[str, tuple[float, float, str]]] = {
+    "water_temperature_c": (COLDEST_C, WARMEST_C, " °C"),
+    "salinity": (0.0, SALTIEST, ""),
+    "tether_out_m": (0.0, LONGEST_M, " m"),
+    "ballast_kg": (-MOST_KG, MOST_KG, " kg"),
+    "payload_kg": (-MOST_KG, MOST_KG, " kg"),
 }
-UNITS: Final[Mapping[str, str]] = {
-    "water_temperature_c": " °C",
-    "salinity": "",
-    "tether_out_m": " m",
-    "ballast_kg": " kg",
-    "payload_kg": " kg",
-}
+"""Least and most of each number, and its unit as text."""
 
 
 @dataclass(frozen=True)
@@ -110,10 +104,8 @@ class Conditions:
 
 def why_not(name: str, value: float) -> str:
     """Why a value is out of the limits of its field, "" if it is within them; NaN is not."""
-    least, most = LIMITS[name]
-    return (
-        "" if least <= value <= most else f"must lie from {least:g} to {most:g}{UNITS[name]}, it is {value:g}"
-    )
+    least, most, unit = LIMITS[name]
+    return "" if least <= value <= most else f"must lie from {least:g} to {most:g}{unit}, it is {value:g}"
 
 
 NOTHING_SAID: Final = Conditions()

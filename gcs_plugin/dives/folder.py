@@ -171,14 +171,6 @@ def list_folders(root: Path) -> list[DiveFolder]:
     return _in_order(root, lambda path: bool(recordings(path)))
 
 
-def described_folders(root: Path) -> list[DiveFolder]:
-    """The folders under `root` with a `dive.yaml`, oldest first, also of a dive that is about to begin.
-
-    Raises LogError if `root` can't be read.
-    """
-    return _in_order(root, lambda path: (path / ABOUT).exists())
-
-
 def _in_order(root: Path, wanted: Callable[[Path], bool]) -> list[DiveFolder]:
     if not root.is_dir():
         return []
@@ -235,7 +227,7 @@ def last_conditions(root: Path, before: Path) -> Conditions:
     """Conditions of the newest dive under `root` that has any and is earlier than the folder `before`."""
     # A dive without a recording so far is later than all others.
     last = order(before) if recordings(before) else None
-    for folder in reversed(described_folders(root)):
+    for folder in reversed(_in_order(root, lambda path: (path / ABOUT).exists())):
         if folder.path.resolve() == before.resolve():
             continue
         if last is not None and order(folder.path) >= last:

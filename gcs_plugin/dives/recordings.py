@@ -142,11 +142,11 @@ def length_s(folder: Path) -> float | None:
     except LogError:
         return None
     first_s = next(filter(None, map(first_stamp_s, files)), None)
-    end = next(filter(None, map(_at_end, reversed(files))), None)
-    if first_s is None or end is None or not 0.0 <= end.stamp_s - first_s <= LONGEST_S:
+    ends = list(filter(None, map(_ends, files)))
+    if first_s is None or not ends or not 0.0 <= ends[-1].stamp_s - first_s <= LONGEST_S:
         return None
-    began_s = next(filter(None, map(_at_begin, files)), {})
-    went_s = (clock_s - began_s[clock] for clock, clock_s in end.clocks_s.items() if clock in began_s)
+    began_s, end = ends[0].first_s, ends[-1]
+    went_s = (clock_s - began_s[clock] for clock, clock_s in end.last_s.items() if clock in began_s)
     return max(end.stamp_s - first_s, *(went for went in went_s if went <= LONGEST_S), 0.0)
 
 
@@ -154,52 +154,33 @@ Clock = tuple[int, int, str]
 """Of a vehicle: system, component and signal."""
 
 
-class _End(NamedTuple):
-    """The last stamp of a recording, Unix s, and what each clock said last."""
+class _Ends(NamedTuple):
+    """What each clock says first in a recording, its last stamp, Unix s, and what each clock said last."""
 
+    first_s: dict[Clock, float]
     stamp_s: float
-    clocks_s: dict[Clock, float]
+    last_s: dict[Clock, float]
 
 
-def _at_begin(file: Path) -> dict[Clock, float]:
-    """What each clock says first in a plain `.tlog`; empty if it can't be read."""
-    size = _size_and_change(file)
-    return {} if size is None else _clocks_of_begin(file, min(size[0], END_BYTES))
-
-
-def _at_end(file: Path) -> _End | None:
-    """The end of a plain `.tlog`; None if it can't be read, or without an intact frame near its end."""
-    size = _size_and_change(file)
-    return None if size is None else _end_of(file, *size)
-
-
-def _size_and_change(file: Path) -> tuple[int, int] | None:
-    """Bytes of a plain `.tlog`, and when it changed, ns; None if it is none."""
+def _ends(file: Path) -> _Ends | None:
+    """Both ends of a plain `.tlog`; None if it can't be read, or without an intact frame near its end."""
     try:
         state = file.stat()
     except OSError:
         return None
-    return (
-        (state.st_size, state.st_mtime_ns)
-        if file.name.endswith(".tlog") and stat.S_ISREG(state.st_mode)
-        else None
-    )
-
-
-@lru_cache(_KEPT)
-def _clocks_of_begin(file: Path, _read_bytes: int) -> dict[Clock, float]:
-    clocks_s: dict[Clock, float] = {}
-    for _, clock, clock_s in _frames_from(file, 0):
-        clocks_s.setdefault(clock, clock_s)
-    return clocks_s
+    is_plain = file.name.endswith(".tlog") and stat.S_ISREG(state.st_mode)
+    return _read_ends(file, state.st_size, state.st_mtime_ns) if is_plain else None
 
 
 @lru_cache(_KEPT_ENDS)
-def _end_of(file: Path, size_bytes: int, _changed_ns: int) -> _End | None:
+def _read_ends(file: Path, size_bytes: int, _changed_ns: int) -> _Ends | None:
+    first_s: dict[Clock, float] = {}
+    for _, clock, clock_s in _frames_from(file, 0):
+        first_s.setdefault(clock, clock_s)
     dated = [frame for frame in _frames_from(file, max(size_bytes - END_BYTES, 0)) if frame[0] is not None]
     stamps_us = [stamp_us for stamp_us, _, _ in dated if stamp_us is not None]
-    clocks_s = {clock: clock_s for _, clock, clock_s in dated}
-    return _End(stamps_us[-1] * 1e-6, clocks_s) if stamps_us else None
+    last_s = {clock: clock_s for _, clock, clock_s in dated}
+    return _Ends(first_s, stamps_us[-1] * 1e-6, last_s) if stamps_us else None
 
 
 def _frames_from(file: Path, start: int) -> list[tuple[int | None, Clock, float]]:

@@ -60,15 +60,9 @@ def play(
     """
     if not speed > 0:
         raise LogError(f"a replay needs a speed above zero, not {speed:g}")
-    return _played(schedule(records, speed, start_s), clock, wait)
-
-
-def _played(
-    scheduled: Iterable[tuple[float, Record]], clock: Clock, wait: Callable[[float], None]
-) -> Iterator[Record]:
-    start_s = clock.boot_s()
-    for due_s, record in scheduled:
-        while (left_s := due_s - (clock.boot_s() - start_s)) > 0:
+    began_s = clock.boot_s()
+    for due_s, record in schedule(records, speed, start_s):
+        while (left_s := due_s - (clock.boot_s() - began_s)) > 0:
             wait(min(left_s, LONGEST_WAIT_S))
         yield record
 

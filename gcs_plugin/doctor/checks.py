@@ -270,7 +270,7 @@ def dry_findings(
     if not observed.arrivals:
         return [first, disk, *others]
     link = (first, check_loss(observed), check_timesync(observed), check_date(observed))
-    aboard = [check_twins(observed)]
+    aboard = [fail("vehicles", observed.twins) if observed.twins else None]
     if vehicle is not None:
         aboard.append(check_configuration(observed, vehicle, configuration))
         aboard.append(check_thrusters(observed, vehicle, configuration))
@@ -280,11 +280,6 @@ def dry_findings(
 
 
 FORBIDS_WET: Final = ("vehicle file", "link", "vehicles", "configuration", "thrusters")
-
-
-def check_twins(observed: Observed) -> Finding | None:
-    """Whether two vehicles share an address; None if none do."""
-    return fail("vehicles", observed.twins) if observed.twins else None
 
 
 def reported_veh_cfg(observed: Observed) -> int | None:

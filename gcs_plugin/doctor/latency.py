@@ -18,7 +18,7 @@ from bridge.vehicle.thrusters import Curve, thrust_curve
 from bridge.wire.framing import Frame
 from gcs_plugin.doctor import response
 from gcs_plugin.doctor.checks import Finding, ok, warn
-from gcs_plugin.doctor.wet import LABELS, Diagnosis, diagnose, findings
+from gcs_plugin.doctor.wet import LABELS, TURNED_IN, Diagnosis, diagnose, findings
 from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord, record_of
 
 EARLIEST_S: Final = -0.1
@@ -49,11 +49,10 @@ def latencies(
     want = response.expected(vehicle, configuration, curve, diagnosis.pulses)
     lag_s = vehicle.thrust_curve.lag_s
     estimates = []
-    for sensor, feature in (("dvl", "dvl"), ("imu", "rate"), ("fog", "fog")):
-        series = record.series.get(feature)
-        if series is None or sensor not in diagnosis.turn:
-            continue
-        true = Series(series.time_s, series.value @ diagnosis.turn[sensor])
+    for sensor, turn in diagnosis.turn.items():
+        feature = TURNED_IN[sensor]
+        series = record.series[feature]
+        true = Series(series.time_s, series.value @ turn)
         directions = _directions(want[feature], diagnosis, sensor)
         latency = _fit(true, diagnosis.pulses, directions, lag_s)
         if latency is not None:

@@ -129,6 +129,5 @@ def _feature(series: Series, pulse: Pulse, window: tuple[float, float]) -> Array
 
 def rest_force(record: WetRecord, pulses: Sequence[Pulse]) -> Array | None:
     """Specific force (3,) before the first pulse; None if the IMU has no data."""
-    if record.specific_force is None or not pulses:
-        return None
-    return record.specific_force.mean(-np.inf, pulses[0].start_s)
+    force = record.series.get("force")
+    return None if force is None else force.mean(-np.inf, pulses[0].start_s)

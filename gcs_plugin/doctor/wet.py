@@ -10,14 +10,14 @@ explanation gives the confidence.
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import linear_sum_assignment
 
-from bridge.arrays import Array, Vector3
+from bridge.arrays import Array
 from bridge.attitude import angles_of
 from bridge.errors import LogError
 from bridge.sensors.mounting import mounting_matrix
@@ -40,15 +40,10 @@ def _all_turns() -> tuple[Array, ...]:
 
 
 TURNS: Final = _all_turns()
+MOUNTINGS: Final = {"dvl": TURNS, "imu": TURNS, "fog": (np.eye(1), -np.eye(1))}
+TURNED_IN: Final = {"dvl": "dvl", "imu": "rate", "fog": "fog"}
+"""The feature that shows how each sensor is turned."""
 IDENTITY: Final = 0
-
-
-@dataclass(frozen=True, slots=True)
-class Correction:
-    """The values that the vehicle file should have for a mounting instead."""
-
-    rotation_deg: Vector3
-    signs: Vector3
 
 
 def is_mirror(turn: Array) -> bool:
@@ -65,7 +60,7 @@ def describe(turn: Array) -> str:
     return ", ".join(parts) or "all axes are right"
 
 
-def corrected(mounting: Mounting, turn: Array) -> Correction:
+def corrected(mounting: Mounting, turn: Array) -> Mounting:
     """Return the mounting that undoes `turn`, given measured = turn @ true under the present `mounting`.
 
     The signs stay as they are for a turn. For a mirror one more sign changes: the choice that leaves least rotation.
@@ -77,7 +72,8 @@ def corrected(mounting: Mounting, turn: Array) -> Correction:
     signs = now * best
     # Adding 0 makes -0 a 0.
     roll, pitch, yaw = (round(math.degrees(a), 3) + 0.0 for a in angles_of(matrix @ np.diag(signs)))
-    return Correction((roll, pitch, yaw), (float(signs[0]), float(signs[1]), float(signs[2])))
+    x, y, z = map(float, signs)
+    return replace(mounting, rotation_deg=(roll, pitch, yaw), signs=(x, y, z))
 
 
 WEIGHTS: Final = {"dvl": 1.0, "rate": 1.0, "force": 0.5, "fog": 0.5}
@@ -121,10 +117,7 @@ def diagnose(vehicle: Vehicle, configuration: Configuration, curve: Curve, recor
     scale = {name: _scale(felt[name], want[name]) for name in felt}
     noise, rest_force = response.feature_noise(record, pulses), response.rest_force(record, pulses)
     evidence = _Evidence(felt, want, noise, scale, rest_force)
-    dvl = [_cost(evidence, "dvl", turn) for turn in TURNS]
-    imu = [_imu_cost(evidence, turn) for turn in TURNS]
-    fog = [_cost(evidence, "fog", np.array([[sign]])) for sign in (1.0, -1.0)]
-    return _search(pulses, dvl, imu, fog, felt)
+    return _search(pulses, evidence)
 
 
 def _one_pulse_each(pulses: Sequence[Pulse], thrusters: int) -> tuple[Pulse, ...]:
@@ -215,36 +208,34 @@ def _claim(index: int) -> float:
     return MOUNTING_FAULT + (MIRROR_FAULT if is_mirror(TURNS[index]) else 0.0)
 
 
-def _search(
-    pulses: tuple[Pulse, ...], dvl: list[Array], imu: list[Array], fog: list[Array], felt: dict[str, Array]
-) -> Diagnosis:
+def _search(pulses: tuple[Pulse, ...], evidence: _Evidence) -> Diagnosis:
+    present = {sensor: feature in evidence.felt for sensor, feature in TURNED_IN.items()}
+    # A sensor that felt nothing has one mounting alone, which costs nothing.
+    turns = {
+        sensor: MOUNTINGS[sensor] if there else MOUNTINGS[sensor][:1] for sensor, there in present.items()
+    }
+    dvl = [_cost(evidence, "dvl", turn) for turn in turns["dvl"]]
+    imu = [_imu_cost(evidence, turn) for turn in turns["imu"]]
+    fog = [_cost(evidence, "fog", turn) for turn in turns["fog"]]
     penalty = _penalty(len(pulses))
-    score = _scores(
-        dvl if "dvl" in felt else dvl[:1],
-        imu if "rate" in felt else imu[:1],
-        fog if "fog" in felt else fog[:1],
-        penalty,
-    )
+    score = _scores(dvl, imu, fog, penalty)
     d, i, f = (int(index) for index in np.unravel_index(int(score.argmin()), score.shape))
     combined = dvl[d] + imu[i] + fog[f] + penalty
     cheapest = combined.min(axis=2)
     _, thruster_of = linear_sum_assignment(cheapest)
     channels = np.arange(len(pulses))
     story = combined[channels, thruster_of].argmin(axis=1)
-    best = float(score[d, i, f])
+    chosen = dict(zip(turns, (d, i, f), strict=True))
     confidence = {
-        "dvl": _confidence(np.delete(score, d, axis=0).min(initial=np.inf) - best),
-        "imu": _confidence(np.delete(score, i, axis=1).min(initial=np.inf) - best),
-        "fog": _confidence(np.delete(score, f, axis=2).min(initial=np.inf) - best),
+        sensor: _confidence(np.delete(score, index, axis).min(initial=np.inf) - float(score[d, i, f]))
+        for axis, (sensor, index) in enumerate(chosen.items())
     }
     bare = float(cheapest[channels, thruster_of].sum())
     for channel in channels:
         confidence[f"thruster {channel + 1}"] = _confidence(
             _second_best(combined, int(channel), int(thruster_of[channel]), int(story[channel])) - bare
         )
-    mountings = {"dvl": TURNS[d], "imu": TURNS[i], "fog": np.array([[1.0 - 2.0 * f]])}
-    present = {"dvl": "dvl" in felt, "imu": "rate" in felt, "fog": "fog" in felt}
-    turn = {name: matrix for name, matrix in mountings.items() if present[name]}
+    turn = {sensor: turns[sensor][index] for sensor, index in chosen.items() if present[sensor]}
     sign = np.where(story == BACKWARDS, -1.0, 1.0)
     return Diagnosis(pulses, thruster_of, sign, story != DEAD, turn, confidence)
 

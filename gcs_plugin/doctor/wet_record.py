@@ -22,6 +22,15 @@ LONGEST_PULSE_S: Final = 3.0
 SENSORS: Final = ("dvl", "imu", "fog")
 U32: Final = 1 << 32
 
+FEATURES: Final = {
+    "dvl": ("dvl", slice(0, 3)),
+    "force": ("imu", slice(0, 3)),
+    "rate": ("imu", slice(3, 6)),
+    "fog": ("fog", slice(0, 1)),
+}
+"""What is felt of a pulse: the signal and its columns. Velocity at the DVL's transducer, specific force and rate of the
+IMU, yaw rate of the gyro."""
+
 Rows = list[tuple[float, tuple[float, ...]]]
 
 
@@ -44,20 +53,11 @@ class Series:
 
 @dataclass(frozen=True)
 class WetRecord:
-    """The data of a wet check. `pwm` (n, thrusters) us; in body axes as configured: `velocity` (n, 3) at the DVL's
-    transducer, `specific_force` and `rate` (n, 3) of the IMU, `fog` (n, 1) yaw rate. None for a sensor without data."""
+    """The data of a wet check: `pwm` (n, thrusters) us, and `series` of the FEATURES of each sensor with data, in body
+    axes as configured."""
 
     pwm: Series
-    velocity: Series | None = None
-    specific_force: Series | None = None
-    rate: Series | None = None
-    fog: Series | None = None
-
-    @property
-    def series(self) -> dict[str, Series]:
-        """The sensors' data by the names of their features."""
-        named = {"dvl": self.velocity, "rate": self.rate, "force": self.specific_force, "fog": self.fog}
-        return {name: series for name, series in named.items() if series is not None}
+    series: dict[str, Series]
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,14 +92,8 @@ def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
             f"the recording holds no commands of {thrusters} thrusters (ACTUATOR_OUTPUT_STATUS or "
             "SERVO_OUTPUT_RAW); record again"
         )
-    imu = rows.get("imu", [])
-    return WetRecord(
-        pwm,
-        _series(rows.get("dvl", []), slice(0, 3)),
-        _series(imu, slice(0, 3)),
-        _series(imu, slice(3, 6)),
-        _series(rows.get("fog", []), slice(0, 1)),
-    )
+    found = {name: _series(rows.get(signal, []), columns) for name, (signal, columns) in FEATURES.items()}
+    return WetRecord(pwm, {name: series for name, series in found.items() if series is not None})
 
 
 class _Servos:

@@ -25,8 +25,7 @@ from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText
 from gcs_plugin.feedforward.switched_vehicle import SwitchedVehicle
-from gcs_plugin.params.transfer import Source
-from gcs_plugin.peers import GROUND_STATION, KnownVehicle, heartbeat_read
+from gcs_plugin.peers import GROUND_STATION, KnownVehicle, Source, heartbeat_read
 from gcs_plugin.watch.channels import StatusTexts
 
 LACKING_S: Final = 10.0
@@ -55,10 +54,10 @@ NEVER_HEARD: Final = (1, dialect.MAV_COMP_ID_ONBOARD_COMPUTER)
 class Switch:
     """Switches the feed-forward of `system`, or of every vehicle heard if that is None, to `mode`.
 
-    Pass every frame of a link to `on_frame` (or its content to the other `on_` methods) and send the messages that
-    `tick` returns, until `done`. While `twins` says that two vehicles share an address, it is unknown whether both
-    obeyed: a mode other than off is sent on and never done; off is done when the answers confirm it and nothing
-    contradicts them for a longer quiet period, and `words` says so.
+    Pass every frame of a link to `on_frame` and send the messages that `tick` returns, until `done`. While `twins`
+    says that two vehicles share an address, it is unknown whether both obeyed: a mode other than off is sent on and
+    never done; off is done when the answers confirm it and nothing contradicts them for a longer quiet period, and
+    `words` says so.
 
     `known` are vehicles heard before, with times on the clock of `tick`; off is sent to them at once. `was` is the mode
     before the switch, off if unknown. With `while_disarmed` nothing is sent before a HEARTBEAT says that the vehicle is
@@ -179,17 +178,18 @@ class Switch:
         if frame.message_id in _READINGS:
             reading = decode_reading(frame)
             if reading is not None:
-                self.on_reading(reading, source, now_s)
+                self._on_reading(reading, source, now_s)
         elif frame.message_id in _ANSWERS:
             message = decode(frame)
-            if message is None:
+            if message is None or message.param_id != MODE:
                 return
             if frame.message_id == dialect.MAVLINK_MSG_ID_PARAM_VALUE:
-                self.on_value(message.param_id, message.param_value, source, now_s)
+                self._of(source, now_s).on_value(message.param_value, source, now_s)
+                self._was_done = self.done
             elif message.target_system in (0, GROUND_STATION[0]):
-                self.on_error(message.param_id, message.error, source, now_s)
+                self._of(source, now_s).on_error(message.error, source, now_s)
 
-    def on_reading(self, reading: Reading, source: Source, now_s: float) -> None:
+    def _on_reading(self, reading: Reading, source: Source, now_s: float) -> None:
         """A HEARTBEAT, or the FF_MODE in a vehicle's telemetry; other readings are ignored."""
         if reading.signal == "ff_mode":
             self._of(source, now_s).on_telemetry(reading.values[0], source, now_s)
@@ -200,15 +200,6 @@ class Switch:
                 vehicle.on_beat(beat, source, now_s)
                 meant = vehicle is self._vehicles.get(source[0])
                 self._armed = self._armed or (beat.armed and meant and not self.sent)
-
-    def on_value(self, name: str, value: float, source: Source, now_s: float) -> None:
-        if name == MODE:
-            self._of(source, now_s).on_value(value, source, now_s)
-            self._was_done = self.done
-
-    def on_error(self, name: str, code: int, source: Source, now_s: float) -> None:
-        if name == MODE:
-            self._of(source, now_s).on_error(code, source, now_s)
 
     def _on_text(self, source: Source, severity: int, text: CrewText) -> None:
         """A STATUSTEXT arrived; it does not make its sender a vehicle: only known vehicles are listened to."""

@@ -18,13 +18,14 @@ from bridge.vehicle.parameters import MODE
 from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.params.deadline import QUIET_S
 from gcs_plugin.params.session import NO_INDEX
-from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES, Source
+from gcs_plugin.params.transfer import DOES_NOT_EXIST, ERROR_SENTENCES
 from gcs_plugin.peers import (
     COMPANIONS,
     COMPANIONS_MAY_FOLLOW_S,
     GROUND_STATION,
     Heartbeat,
     KnownVehicle,
+    Source,
     parameter_holder,
 )
 

@@ -8,6 +8,7 @@ from bisect import bisect_left
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from operator import itemgetter
 from pathlib import Path
 from typing import Final
@@ -102,26 +103,20 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> OneCl
     _refuse_steps(kept, anchors, file)
     stamps = np.array([item.stamp_us for item in kept], np.float64)
     cuts = [place for place in range(1, len(kept)) if kept[place].boot != kept[place - 1].boot]
-    pieces = list(zip([0, *cuts], [*cuts, len(kept)], strict=True))
-    by_piece = [_between(anchors, begins, ends) for begins, ends in pieces]
-    offsets = [_offsets(kept, piece_anchors) if piece_anchors else None for piece_anchors in by_piece]
-    dated = np.full(len(kept), np.nan)
-    for (begins, ends), offset in zip(pieces, offsets, strict=True):
-        if offset is not None:
-            dated[begins:ends] = offset.by_other(stamps[begins:ends])
-    for (begins, ends), offset in zip(pieces, offsets, strict=True):
-        if offset is None:
-            dated[begins:ends] = _guessed(stamps[begins:ends], dated[:begins], dated[ends:])
-    known = [offset for offset in offsets if offset is not None]
-    guessed = sum(
-        ends - begins for (begins, ends), offset in zip(pieces, offsets, strict=True) if offset is None
-    )
+    dated, known, strange = np.full(len(kept), np.nan), [], []
+    for begins, ends in pairwise([0, *cuts, len(kept)]):
+        if common := _between(anchors, begins, ends):
+            known.append(_offsets(kept, common))
+            dated[begins:ends] = known[-1].by_other(stamps[begins:ends])
+        else:
+            strange.append((begins, ends))
+    for begins, ends in strange:
+        dated[begins:ends] = _guessed(stamps[begins:ends], dated[:begins], dated[ends:])
     # No recording has a time before 1970, and a recorder whose clock stands there may have heard the last frame
     # first.
     rising = np.maximum.accumulate(np.maximum(dated, 0.0))
-    return OneClock(
-        [round(item) for item in rising.tolist()], max(known, key=lambda offset: offset.count).line, guessed
-    )
+    line = max(known, key=lambda offset: offset.count).line
+    return OneClock([round(item) for item in rising.tolist()], line, sum(b - a for a, b in strange))
 
 
 def _guessed(stamps: Array, before: Array, after: Array) -> Array:

@@ -6,9 +6,8 @@ vehicle. No answer is trusted: an answer without a request is ignored, and only 
 so a vehicle can't keep the ground busy with answers that bring nothing.
 """
 
-from collections.abc import Callable, Hashable
-from enum import Enum, auto
-from typing import Final
+from collections.abc import Callable, Generator, Hashable
+from typing import Final, NamedTuple, TypeVar
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -27,15 +26,24 @@ MOST_TRIES: Final = 3
 MOST_AHEAD: Final = 1 << 18
 """Bytes that may wait in memory for an earlier piece that is still missing."""
 SUM_BYTES: Final = 4
+_FAULTS: Final = frozenset(bytes((fault,)) for fault in Fault)
 
 
-class _Stage(Enum):
-    LIST = auto()
-    OPEN = auto()
-    COMPARE = auto()
-    READ = auto()
-    SUM = auto()
-    DONE = auto()
+class _Answer(NamedTuple):
+    """The answer to the request of that key; `fault` says why it was not granted, None if it was."""
+
+    key: Hashable
+    packet: Packet
+    fault: Fault | None
+
+
+Result = TypeVar("Result")
+Steps = Generator[None, _Answer, Result]
+"""Asks, and is sent each answer."""
+
+
+class _LetGoError(Exception):
+    """The vehicle's ring has let the segment go."""
 
 
 class Fetching:
@@ -47,25 +55,19 @@ class Fetching:
 
     def __init__(self, mirror: Mirror, choose: Callable[[Listing], Listing], now_s: float) -> None:
         self.fault = ""
+        self.done = False
         self.heard_s = now_s
         self.fetched = 0
         self.chosen: Listing = []
         self._mirror, self._choose = mirror, choose
         self._requests = Requests(now_s)
-        self._stage = _Stage.LIST
         self._now_s = now_s
-        self._listed = Listed()
-        self._left: Listing = []
         self._segment = self._newest = Segment(0, 0, 0, 0)
-        self._size = self._session = self._kept = self._asked = self._tries = 0
-        self._held = 0
+        self._size = self._session = self._kept = self._asked = self._held = 0
         self._doubted: list[Stretch] | None = None
         self._pieces: dict[int, bytes] = {}
-        self._ask_list()
-
-    @property
-    def done(self) -> bool:
-        return self._stage is _Stage.DONE
+        self._steps = self._fetch()
+        next(self._steps)
 
     @property
     def held_bytes(self) -> int:
@@ -78,79 +80,76 @@ class Fetching:
         return sum(size for _, size in self.chosen)
 
     def tick(self, now_s: float) -> list[Packet]:
-        if self._stage is _Stage.READ:
-            self._ask_reads()
         return self._requests.tick(now_s)
 
     def on_packet(self, packet: Packet, now_s: float) -> None:
         """Handle a packet from the vehicle. Raises LogError if the disk can't be written."""
         key = self._requests.answered(packet, now_s)
-        if key is None:
+        if key is None or self.done:
             return
         self._now_s = now_s
-        fault = Fault(packet.data[0]) if packet.op == Op.NAK and packet.data[:1] in _FAULTS else Fault.FAIL
-        granted = packet.op == Op.ACK
-        if self._stage is _Stage.LIST:
-            self._on_list(packet, granted, fault)
-        elif not granted and fault is Fault.NOT_FOUND:
-            self._next()  # the ring has let it go: what was fetched of it is kept
-        elif self._stage is _Stage.OPEN:
-            self._on_open(packet, granted)
-        elif self._stage is _Stage.COMPARE:
-            self._on_compared(packet, granted, fault)
-        elif self._stage is _Stage.READ:
-            self._on_read(key, packet, granted, fault)
-        elif self._stage is _Stage.SUM:
-            self._on_sum(packet, granted)
+        known = packet.op == Op.NAK and packet.data[:1] in _FAULTS
+        fault = None if packet.op == Op.ACK else Fault(packet.data[0]) if known else Fault.FAIL
+        try:
+            self._steps.send(_Answer(key, packet, fault))
+        except StopIteration:
+            self.done = True
 
     def _nearer(self) -> None:
         self.heard_s = self._now_s
 
-    def _ask_list(self) -> None:
-        self._requests.ask("list", Packet(0, 0, Op.LIST, 1, offset=self._listed.index, data=b"/"))
-
-    def _on_list(self, packet: Packet, granted: bool, fault: Fault) -> None:
-        if granted and self._listed.hear(packet):
-            self._nearer()
-        if self._listed.is_too_long:
-            self._fail(
-                f"the vehicle lists more than {MOST_SEGMENTS} files; clear the folder of its bridge's --ring"
-            )
-        elif not granted and fault is Fault.END:
-            self._begin()
-        elif not granted and fault in (Fault.UNKNOWN, Fault.NOT_FOUND):
-            self._fail("the vehicle keeps no recording of its own; start its bridge with --ring FOLDER")
-        else:
-            self._ask_list()
-
-    def _begin(self) -> None:
-        """Choose segments once the list is complete. Raises LogError if none is wanted, or the disk is too small."""
-        listing = self._listed.listing()
+    def _fetch(self) -> Steps[None]:
+        listing = yield from self._list()
+        if listing is None:
+            return
         self.chosen = self._choose(listing)
         if listing:
             self._newest = listing[-1][0]
         self._held = sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
         # The missing bytes, plus the size of all segments for the recording that is made from them.
         self._mirror.need(2 * self.total_bytes - self._held)
-        self._left = self.chosen[::-1]
-        self._next()
+        for segment, size in self.chosen:
+            self._segment, self._size = segment, size
+            try:
+                yield from self._whole()
+            except _LetGoError:
+                self._forget()  # what was fetched of it is kept
+            if self.fault:
+                return
+        self._nearer()
 
-    def _next(self) -> None:
-        """Begin the next segment: request an incomplete segment's missing bytes, or a complete segment's checksum."""
+    def _list(self) -> Steps[Listing | None]:
+        """The vehicle's list; None with `fault` if it has none, or one without end."""
+        listed = Listed()
+        while True:
+            self._requests.ask("list", Packet(0, 0, Op.LIST, 1, offset=listed.index, data=b"/"))
+            answer = yield
+            if answer.fault is None and listed.hear(answer.packet):
+                self._nearer()
+            if listed.is_too_long:
+                most = f"more than {MOST_SEGMENTS} files"
+                self.fault = f"the vehicle lists {most}; clear the folder of its bridge's --ring"
+                return None
+            if answer.fault is Fault.END:
+                return listed.listing()
+            if answer.fault in (Fault.UNKNOWN, Fault.NOT_FOUND):
+                self.fault = "the vehicle keeps no recording of its own; start its bridge with --ring FOLDER"
+                return None
+
+    def _ask(self, key: Hashable, packet: Packet) -> Steps[_Answer]:
+        self._requests.ask(key, packet)
+        return (yield from self._answer())
+
+    def _answer(self) -> Steps[_Answer]:
+        answer = yield
+        if answer.fault is Fault.NOT_FOUND:
+            raise _LetGoError
+        return answer
+
+    def _forget(self) -> None:
+        """Drop all requests, and the pieces that can't be written yet."""
         self._requests.forget()
         self._pieces.clear()
-        self._nearer()
-        while self._left:
-            self._segment, self._size = self._left.pop()
-            name = self._segment.name
-            self._tries = 0
-            self._doubted = None
-            if self._mirror.is_whole(name):
-                self._ask_sum()
-            else:
-                self._open()
-            return
-        self._stage = _Stage.DONE
 
     @property
     def _is_growing(self) -> bool:
@@ -160,70 +159,81 @@ class Fetching:
         """
         return self._segment == self._newest
 
-    def _open(self) -> None:
-        self._requests.forget()
-        self._pieces.clear()
-        self._kept = self._asked = self._mirror.size(self._segment.name)
-        if self._kept > self._size and self._is_growing:
-            self._drop()
-        if self._kept >= self._size and not (self._is_growing and self._kept):
-            self._finish()
-            return
-        self._stage = _Stage.OPEN
-        name = self._segment.name.encode("ascii")
-        self._requests.ask("open", Packet(0, 0, Op.OPEN_READ, len(name), data=name))
-
-    def _on_open(self, packet: Packet, granted: bool) -> None:
-        if granted:
-            self._session = packet.session
-            if self._is_growing and self._kept:
-                self._doubt()
+    def _whole(self) -> Steps[None]:
+        """Fetch the missing bytes of the segment, and compare its checksum."""
+        self._nearer()
+        self._doubted = None
+        name = self._segment.name
+        for _ in range(MOST_TRIES):
+            was_whole = self._mirror.is_whole(name)
+            if not was_whole:
+                yield from self._bytes()
+                if self._is_growing:
+                    return
+            asked = Packet(0, self._session, Op.CRC32, len(name), data=name.encode("ascii"))
+            while (answer := (yield from self._ask("sum", asked))).fault is not None:
+                if (
+                    was_whole
+                ):  # the vehicle can no longer compute it; the checksum was right when this was fetched
+                    return
+            if answer.packet.data[:SUM_BYTES] == self._mirror.checksum(name).to_bytes(SUM_BYTES, "little"):
+                if not was_whole:
+                    self._mirror.finish(name)
+                return
+            if was_whole:
+                self._held -= min(self._mirror.size(name), self._size)
+                self._mirror.set_aside(name)
             else:
-                self._stage = _Stage.READ
-        else:
-            self._open()
+                self._drop()
+        self.fault = f"{name}: arrived {MOST_TRIES} times with a wrong checksum; check the vehicle's disk"
 
-    def _doubt(self) -> None:
+    def _bytes(self) -> Steps[None]:
+        """Open the segment, and again where that is lost, until all its bytes are here."""
+        name = self._segment.name
+        while True:
+            self._forget()
+            self._kept = self._asked = self._mirror.size(name)
+            if self._kept > self._size and self._is_growing:
+                self._drop()
+            if self._kept >= self._size and not (self._is_growing and self._kept):
+                return
+            asked = Packet(0, 0, Op.OPEN_READ, len(name), data=name.encode("ascii"))
+            answer = yield from self._ask("open", asked)
+            if answer.fault is None:
+                self._session = answer.packet.session
+                if (yield from self._compared()) and (yield from self._read()):
+                    self._forget()
+                    return
+
+    def _compared(self) -> Steps[bool]:
         """Compare bytes of a growing segment with the vehicle's, because no checksum can confirm them yet.
 
         The last bytes come first, to show whether this is still the same file; then everything that is not an intact
-        frame.
+        frame. Returns False if it has to be opened anew.
         """
+        if not (self._is_growing and self._kept):
+            return True
         name, size = self._segment.name, min(DATA_BYTES, self._kept)
         if self._doubted is None:
             self._doubted = self._mirror.doubtful(name)[::-1]
         tail = self._kept - size, size
         if self._doubted[-1:] != [tail]:
             self._doubted.append(tail)
-        self._compare()
-
-    def _compare(self) -> None:
-        """Request the next doubtful bytes for comparison; when none are left, continue reading."""
-        if self._doubted:
-            at, size = self._doubted[-1]
-            self._stage = _Stage.COMPARE
-            asked = Packet(0, self._session, Op.READ, min(size, DATA_BYTES), offset=at)
-            self._requests.ask("compare", asked)
-        else:
-            self._stage = _Stage.READ
-            self._keep()
-
-    def _on_compared(self, packet: Packet, granted: bool, fault: Fault) -> None:
-        assert self._doubted
-        at, left = self._doubted[-1]
-        size = min(left, DATA_BYTES)
-        answered = granted and packet.offset == at and len(packet.data) == size
-        if answered and packet.data == self._mirror.piece(self._segment.name, at, size):
-            self._doubted[-1:] = [(at + size, left - size)] if left > size else []
-            self._nearer()
-            self._compare()
-        elif answered or fault is Fault.END:
-            self._drop()
-            self._open()
-        elif fault is Fault.SESSION:
-            self._open()
-        else:
-            self._compare()
+        while self._doubted:
+            at, left = self._doubted[-1]
+            size = min(left, DATA_BYTES)
+            answer = yield from self._ask("compare", Packet(0, self._session, Op.READ, size, offset=at))
+            data = answer.packet.data
+            answered = answer.fault is None and answer.packet.offset == at and len(data) == size
+            if answered and data == self._mirror.piece(name, at, size):
+                self._doubted[-1:] = [(at + size, left - size)] if left > size else []
+                self._nearer()
+            elif answered or answer.fault is Fault.END:
+                self._drop()
+                return False
+            elif answer.fault is Fault.SESSION:
+                return False
+        return True
 
     def _drop(self) -> None:
         """Discard the bytes here of a segment: they are not the vehicle's."""
@@ -231,6 +241,28 @@ class Fetching:
         self._mirror.drop(self._segment.name)
         self._kept = self._asked = 0
         self._doubted = []
+
+    def _read(self) -> Steps[bool]:
+        """Read the missing bytes, many pieces at once. Returns False if the segment has to be opened anew."""
+        while self._kept < self._size:
+            self._ask_reads()
+            key, packet, fault = yield from self._answer()
+            assert isinstance(key, tuple)
+            offset, size = key
+            if fault is Fault.SESSION:  # the vehicle restarted, or has forgotten this session
+                return False
+            if fault is Fault.END:
+                # The vehicle lost the rest of it, for example in a power failure.
+                self._size = min(self._size, offset)
+                self._asked = min(self._asked, self._size)
+            elif fault is not None or packet.offset != offset or not 0 < len(packet.data) <= size:
+                self._ask_read(offset, size)
+            else:
+                self._pieces[offset] = packet.data
+                if len(packet.data) < size:
+                    self._ask_read(offset + len(packet.data), size - len(packet.data))
+                self._keep()
+        return True
 
     def _ask_reads(self) -> None:
         end = min(self._size, self._kept + MOST_AHEAD)
@@ -241,29 +273,6 @@ class Fetching:
 
     def _ask_read(self, offset: int, size: int) -> None:
         self._requests.ask((offset, size), Packet(0, self._session, Op.READ, size, offset=offset))
-
-    def _on_read(self, key: Hashable, packet: Packet, granted: bool, fault: Fault) -> None:
-        assert isinstance(key, tuple)
-        offset, size = key
-        if not granted:
-            if fault is Fault.SESSION:  # the vehicle restarted, or has forgotten this session
-                self._open()
-            elif fault is Fault.END:
-                # The vehicle lost the rest of it, for example in a power failure.
-                self._size = min(self._size, offset)
-                self._asked = min(self._asked, self._size)
-                if self._kept >= self._size:
-                    self._finish()
-            else:
-                self._ask_read(offset, size)
-            return
-        if packet.offset != offset or not 0 < len(packet.data) <= size:
-            self._ask_read(offset, size)
-            return
-        self._pieces[offset] = packet.data
-        if len(packet.data) < size:
-            self._ask_read(offset + len(packet.data), size - len(packet.data))
-        self._keep()
 
     def _keep(self) -> None:
         """Write the pieces to disk that directly follow the bytes held."""
@@ -278,53 +287,6 @@ class Fetching:
             self._held += at - self._kept
             self._kept = at
             self._nearer()
-        if at >= self._size:
-            self._finish()
-
-    def _finish(self) -> None:
-        """All bytes have arrived: request the checksum, unless the segment is still growing."""
-        self._requests.forget()
-        self._pieces.clear()
-        if self._is_growing:
-            self._next()
-        else:
-            self._ask_sum()
-
-    def _ask_sum(self) -> None:
-        self._stage = _Stage.SUM
-        name = self._segment.name.encode("ascii")
-        self._requests.ask("sum", Packet(0, self._session, Op.CRC32, len(name), data=name))
-
-    def _on_sum(self, packet: Packet, granted: bool) -> None:
-        name = self._segment.name
-        complete = self._mirror.is_whole(name)
-        if not granted:
-            if complete:  # the vehicle can no longer compute it; the checksum was right when this was fetched
-                self._next()
-            else:
-                self._ask_sum()
-            return
-        if packet.data[:SUM_BYTES] == self._mirror.checksum(name).to_bytes(SUM_BYTES, "little"):
-            if not complete:
-                self._mirror.finish(name)
-            self._next()
-            return
-        if complete:
-            self._held -= min(self._mirror.size(name), self._size)
-            self._mirror.set_aside(name)
-        else:
-            self._drop()
-        self._tries += 1
-        if self._tries >= MOST_TRIES:
-            self._fail(f"{name}: arrived {MOST_TRIES} times with a wrong checksum; check the vehicle's disk")
-        else:
-            self._open()
-
-    def _fail(self, fault: str) -> None:
-        self.fault, self._stage = fault, _Stage.DONE
-
-
-_FAULTS: Final = frozenset(bytes((fault,)) for fault in Fault)
 
 
 POLL_S: Final = 0.01

@@ -164,7 +164,6 @@ def made_whole(
     )
     left = sorted(((stamp_us, frame.raw) for stamp_us, frame in ground_only), key=itemgetter(0))
     records = as_sent(heapq.merge(inside, left, key=itemgetter(0)))
-    heard_count = copies + sum((frame.system, frame.component) == source for _, frame in ground_only)
     span = last + 1 - first
     strange_us = [stamp_us for stamp_us, frame in ground_only if (frame.system, frame.component) == source]
     has_files = any(
@@ -173,7 +172,7 @@ def made_whole(
     damaged = _within(aboard.damaged, kept, dated, (first, last), strange_us)
     return Whole(
         records,
-        heard_count,
+        copies + len(strange_us),
         span - len(both),
         len(both),
         _share(timed.values()),

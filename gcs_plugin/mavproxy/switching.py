@@ -17,7 +17,7 @@ from gcs_plugin.feedforward.switch import Switch, caution
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.mavproxy.parameters import ARMED, SHOW_EVERY_S
 from gcs_plugin.params.session import News
-from gcs_plugin.params.transfer import Source
+from gcs_plugin.peers import Source
 
 GIVE_UP_S: Final = 30.0
 """For any mode except off: switching to off never gives up by itself."""

@@ -14,7 +14,7 @@ from bridge.plain import from_json
 from bridge.reports import ERROR, Report, read
 from bridge.text import typed
 from bridge.vehicle.config import load_vehicle
-from gcs_plugin.dives.folder import DiveFolder, conditions_of
+from gcs_plugin.dives.folder import DiveFolder, conditions_of, vehicle_named
 from gcs_plugin.dives.recordings import began, first_stamp_s
 from gcs_plugin.job import Job
 from gcs_plugin.params.identified import write_identified
@@ -224,10 +224,10 @@ def _conditions(dive: Path, prefix: str) -> list[str]:
 
 
 def _vehicle_of(dive: Path) -> str:
-    """The vehicle file that a dive folder names. Raises ConfigError if it names none that exists."""
-    about = DiveFolder(dive).about() if dive.is_dir() else None
-    if about is None or about.vehicle_path is None:
+    """The vehicle file that a dive folder names. Raises ConfigError if it names none, or one that is not there."""
+    named = vehicle_named(DiveFolder(dive).about()) if dive.is_dir() else ""
+    if not named:
         raise ConfigError(
-            f"{dive}: names no vehicle file that is there; say which with `seatrial file NAME`, or give --vehicle NAME"
+            f"{dive}: names no vehicle file; say which with `seatrial file NAME`, or give --vehicle NAME"
         )
-    return f"{about.vehicle_file}:{about.configuration}" if about.configuration else about.vehicle_file
+    return named

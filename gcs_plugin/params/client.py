@@ -13,8 +13,8 @@ from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.session import News, Order, Progress, Session, Step, news_of
-from gcs_plugin.params.transfer import Result, Source
-from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, ground_heartbeat
+from gcs_plugin.params.transfer import Result
+from gcs_plugin.peers import COMPANIONS_MAY_FOLLOW_S, GROUND_STATION, Peers, Source, ground_heartbeat
 
 POLL_S: Final = 0.02
 BEAT_S: Final = 1.0

@@ -31,22 +31,12 @@ def retry_delay_s(attempt: int) -> float:
     return min(RETRY_S * 1.5 ** min(attempt - 1, 16), RETRY_MAX_S)
 
 
-def attempts_needed(loss: float, requests: int, failure: float) -> int:
-    """Number of attempts after which all of `requests` exchanges have succeeded, except with probability `failure`.
-
-    An attempt succeeds with probability (1 - loss)^2: the request and its answer must both arrive.
-    """
-    success = (1.0 - loss) ** 2
-    if success >= 1.0:
-        return 1
-    return max(1, math.ceil(math.log(failure / max(requests, 1)) / math.log(1.0 - success)))
-
-
 def deadline_s(requests: int) -> float:
     """Time, s, in which `requests` writes and their read-backs all succeed except with FAILURE_PROBABILITY, if the
     link loses ASSUMED_LOSS in each direction. Includes QUIET_MAX_S for each of the QUIET_STAGES of an upload.
     """
-    attempts = attempts_needed(ASSUMED_LOSS, 2 * requests, FAILURE_PROBABILITY)
+    success = (1.0 - ASSUMED_LOSS) ** 2  # the request and its answer must both arrive
+    attempts = math.ceil(math.log(FAILURE_PROBABILITY / (2 * requests)) / math.log(1.0 - success))
     patience = sum(retry_delay_s(attempt) for attempt in range(1, attempts + 1))
     queue = math.ceil(requests / WINDOW) * RETRY_MAX_S * 2
     return 2 * patience + 2 * queue + QUIET_STAGES * QUIET_MAX_S

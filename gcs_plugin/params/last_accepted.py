@@ -75,7 +75,7 @@ def last_accepted(receipts: Path, system: int | None = None, vehicle: str = "") 
     file. Files that can't be read are left out.
     """
     accepted: dict[str, AcceptedValue] = {}
-    for kept in _standing(receipts, system):
+    for kept in _not_undone(kept_in(receipts, system)):
         path = path_of(kept.preimage, ACCEPTED)
         try:
             values, sidecar = read_parameters(path), read_sidecar(path)
@@ -187,7 +187,7 @@ def newest_before(receipts: Path, system: int) -> Path:
     Raises ParamRejected if there is no such upload to that MAVLink system.
     """
     oldest: PastUpload | None = None
-    for kept in reversed(_standing(receipts, system)):
+    for kept in reversed(_not_undone(kept_in(receipts, system))):
         if kept.outcome in _OPEN or (oldest is None and kept.outcome is Outcome.APPLIED):
             oldest = kept
         elif oldest is not None and kept.outcome is Outcome.APPLIED:
@@ -205,7 +205,8 @@ def written_since(receipts: Path, system: int, preimage: Path) -> frozenset[str]
     A later upload with an unknown end counts too. None if no receipt says so, neither in `receipts` nor in the folder
     of the file.
     """
-    begun, standing = kept_in(receipts, system), _standing(receipts, system)
+    begun = kept_in(receipts, system)
+    standing = _not_undone(begun)
     time = preimage.name.removesuffix(BEFORE)
     place = next((n for n, upload in enumerate(begun) if upload.time == time), None)
     if place is None:
@@ -242,11 +243,6 @@ def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
         elif kept.outcome not in _AS_BEFORE:
             settled.add(kept.system)
     return None
-
-
-def _standing(receipts: Path, system: int | None) -> list[PastUpload]:
-    """Uploads that no later roll back has undone, the newest last."""
-    return _not_undone(kept_in(receipts, system))
 
 
 def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:

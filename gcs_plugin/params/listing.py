@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from gcs_plugin.params.deadline import WINDOW, retry_delay_s
-from gcs_plugin.params.transfer import Source
+from gcs_plugin.peers import Source
 
 NO_INDEX: Final = 65535
 SILENCE_S: Final = 0.7

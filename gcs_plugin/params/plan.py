@@ -15,7 +15,6 @@ from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_ANY_VEHICLE, Co
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
 from gcs_plugin.params import float32
-from gcs_plugin.params.withdrawal import HULL
 
 MODE_WORDS: Final = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)
 READ_ONLY: Final = {
@@ -24,6 +23,9 @@ READ_ONLY: Final = {
     VERSION: "the vehicle alone says which version it speaks",
 }
 
+HULL: Final = "FF_HULL"
+"""The applet's mark of the hull that the set in force was committed on."""
+NO_HULL: Final = 0.0
 NOT_SET: Final = "not set"
 ACCEPT_IMPLAUSIBLE: Final = "--accept-implausible"
 

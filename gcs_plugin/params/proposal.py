@@ -21,6 +21,8 @@ from gcs_plugin.params.last_accepted import (
     written_since,
 )
 from gcs_plugin.params.plan import (
+    HULL,
+    NO_HULL,
     Plan,
     Verdict,
     is_staged,
@@ -35,10 +37,10 @@ from gcs_plugin.params.plausible import acts_twice, implausible
 from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, path_of
 from gcs_plugin.params.session import Order
 from gcs_plugin.params.sidecar import sidecar_path
-from gcs_plugin.params.transfer import Outcome, Source
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Upload
 from gcs_plugin.params.wanted import Wanted
-from gcs_plugin.params.withdrawal import HULL, NO_HULL
+from gcs_plugin.peers import Source
 
 TAKEN_BACK: Final = "no part of this model, taken back"
 

@@ -26,8 +26,9 @@ from gcs_plugin.params import float32
 from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, acting_text, unit_of
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
-from gcs_plugin.params.transfer import Outcome, Source
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Ending
+from gcs_plugin.peers import Source
 
 BEFORE: Final = "-before.param"
 RECEIPT: Final = "-receipt.json"
@@ -321,7 +322,7 @@ def newest(receipts: Path, system: int) -> Newest:
 
 
 class Turn:
-    """Exclusive right to upload to MAVLink system `system`, held from construction until `end`.
+    """Exclusive right to upload to MAVLink system `system`, held from construction until `close`.
 
     `read_at` is the result of `newest` at the time the vehicle was read, None to skip that check. Raises ParamRejected
     if another program has the turn, or has had it since the vehicle was read.
@@ -343,16 +344,10 @@ class Turn:
                     f"another program wrote to vehicle {system} since it was read: nothing was sent; look at it again"
                 )
         except ParamRejected:
-            self.end()
+            self.close()
             raise
 
-    def end(self) -> None:
+    def close(self) -> None:
         if self._file is not None:
             self._file.close()
             self._file = None
-
-    def __enter__(self) -> "Turn":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.end()

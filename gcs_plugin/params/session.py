@@ -30,9 +30,9 @@ from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.plan import Plan, obstacle
 from gcs_plugin.params.receipt import Newest, Receipt, Turn, begin, finish
 from gcs_plugin.params.sidecar import Sidecar
-from gcs_plugin.params.transfer import ReadValue, RestartScripts, Result, Send, Source
+from gcs_plugin.params.transfer import ReadValue, RestartScripts, Result, Send
 from gcs_plugin.params.upload import Ending, Stage, Upload
-from gcs_plugin.peers import Peer, Peers
+from gcs_plugin.peers import Peer, Peers, Source
 
 READ_WITHIN_S: Final = 30.0
 HEARTBEAT_LIMIT_S: Final = 6.0  # at 30 % loss of 1 Hz heartbeats, once in a thousand
@@ -219,7 +219,7 @@ class Session:
     def close(self) -> None:
         """Release the vehicle for other uploads."""
         if self._turn is not None:
-            self._turn.end()
+            self._turn.close()
             self._turn = None
 
     def tick(self) -> list[Any]:

@@ -14,8 +14,7 @@ from typing import Final
 from bridge.vehicle.parameters import COMMIT, MODE
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import WINDOW, RoundTrips, retry_delay_s
-
-Source = tuple[int, int]
+from gcs_plugin.peers import Source
 
 DOES_NOT_EXIST: Final = 1
 OUT_OF_RANGE: Final = 2

@@ -13,6 +13,10 @@ The vehicle flies the old set until FF_ACTIVE is the new set's CRC, so a set is 
 commit, FF_ACTIVE must be the value that was read with the plan, or already the new CRC; otherwise another program has
 written meanwhile. A commit that the vehicle neither accepted nor refused is left alone and reported as unverified: only
 a later reading of FF_ACTIVE can settle it.
+
+An applet takes a set out of force at its start alone, if the set's mark of the hull (FF_HULL) is not its own. The mark
+was written and read back before, in STAGE. So in WITHDRAW the scripts are started anew, and again until FF_ACTIVE, read
+once they had time to load, is 0. A restart that is late, or a reboot in its place, comes to the same.
 """
 
 from collections.abc import Iterable, Mapping
@@ -23,11 +27,24 @@ from typing import Final
 from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import DEADLINE_S, QUIET_S, RoundTrips, deadline_s
-from gcs_plugin.params.plan import Plan, Verdict, is_staged
-from gcs_plugin.params.transfer import Outcome, Result, Send, SetValue, Source, Task, Transfer, confirm, write
-from gcs_plugin.params.withdrawal import HULL, Withdrawal
+from gcs_plugin.params.plan import HULL, Plan, Verdict, is_staged
+from gcs_plugin.params.transfer import (
+    Outcome,
+    RestartScripts,
+    Result,
+    Send,
+    SetValue,
+    Task,
+    Transfer,
+    confirm,
+    write,
+)
+from gcs_plugin.peers import Source
 
 UNANSWERED_S: Final = 20.0  # at 30 % loss each way and one attempt per second, once in a million
+LOAD_S: Final = 5.0
+"""For scripts to end and load: until then the autopilot answers for those before."""
+LOADED_READ_S: Final = 5.0
 OFF_WINS: Final = "OFF was ordered meanwhile and wins: FF_MODE is not raised"
 OVERTAKEN: Final = "another program changed which set the vehicle flies since it was read"
 
@@ -75,7 +92,7 @@ class Upload:
         self._direct = {name: value for name, value in changes.items() if name not in self._live}
         self._written: set[str] = set()
         self._committed = self._needs_commit = self._undoing = self._overruled = False
-        self._checks_active = self._asked_to_commit = False
+        self._checks_active = self._asked_to_commit = self._restarts = False
         self._undone: dict[str, Result] = {}
         self._results: dict[str, Result] = {}
         self._failure: Result | None = None
@@ -84,7 +101,6 @@ class Upload:
         self._withdraws = plan.withdraws and self._commits and present[ACTIVE] != 0.0
         tasks = len({*self._direct, *self._new_set}) + len(self._live) + 1
         self._end_s = start_s + max(DEADLINE_S, deadline_s(tasks))
-        self._transfer: Transfer | Withdrawal
         self._begin(start_s)
 
     @property
@@ -148,6 +164,8 @@ class Upload:
         if self._checks_active or self._stage in (Stage.COMMIT, Stage.LIVE):
             self._committed = self._asked_to_commit  # a set that is in force outlives a start
             self._enter_stage(time_s + self._trips.quiet_s)
+        elif self._stage is Stage.WITHDRAW and self._plan.restarts_scripts:
+            self._read_once_loaded(time_s)
         elif self._stage is not Stage.DONE:
             self._transfer.on_reboot(time_s)
 
@@ -188,6 +206,9 @@ class Upload:
             )
             self._answered_s = time_s
         sends: list[Send] = [*self._transfer.tick(time_s)]
+        if self._restarts:
+            self._restarts = False
+            sends.append(RestartScripts())
         self._written.update(send.name for send in sends if isinstance(send, SetValue))
         self._advance(time_s)
         return sends
@@ -235,7 +256,7 @@ class Upload:
             elif self._stage is Stage.LIVE:
                 self._after_live(time_s) if self._transfer.succeeded else self._undo(time_s)
             elif self._stage is Stage.WITHDRAW:
-                self._after_withdrawal()
+                self._after_withdrawal(time_s)
             elif self._stage is Stage.UNDO:
                 self._after_undo(time_s)
             else:
@@ -297,19 +318,30 @@ class Upload:
             self._transfer.abort(OFF_WINS)
 
     def _after_live(self, time_s: float) -> None:
-        if not self._withdraws:
+        if self._withdraws:
+            self._enter_withdraw(time_s)
+        else:
             self._finish()
-            return
-        self._stage = Stage.WITHDRAW
-        self._transfer = (
-            Withdrawal(self._source, time_s, max(self._end_s - time_s, QUIET_S), self._trips)
-            if self._plan.restarts_scripts
-            else self._transfer_of([Task(ACTIVE, 0.0, COMMIT)], time_s)
-        )
 
-    def _after_withdrawal(self) -> None:
+    def _enter_withdraw(self, time_s: float) -> None:
+        self._stage, self._restarts = Stage.WITHDRAW, self._plan.restarts_scripts
+        if self._restarts:
+            self._read_once_loaded(time_s)
+        else:
+            self._transfer = self._transfer_of([Task(ACTIVE, 0.0, COMMIT)], time_s)
+
+    def _read_once_loaded(self, time_s: float) -> None:
+        """Read whether no set is in force, once scripts that start at `time_s` had time to load."""
+        tasks, within_s = [confirm(ACTIVE, 0.0)], LOADED_READ_S + QUIET_S
+        self._transfer = Transfer(tasks, self._source, time_s + LOAD_S, within_s, self._trips)
+
+    def _after_withdrawal(self, time_s: float) -> None:
         if self._failure is None:
             self._finish()
+            return
+        was_aborted = self._failure.outcome is Outcome.NOT_SENT
+        if self._plan.restarts_scripts and not was_aborted and time_s < self._end_s:
+            self._enter_withdraw(time_s)
             return
         way = "connect again and roll back to the values before"
         if self._plan.restarts_scripts:

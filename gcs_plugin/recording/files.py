@@ -9,10 +9,12 @@ import contextlib
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Final, Protocol
+from functools import partial
+from typing import Final
 
 from bridge.clock import Clock
 from bridge.errors import LogError, TakenAway
+from bridge.wire.tlog import TlogWriter
 
 LOOK_EVERY_S: Final = 2.0
 WARN_S: Final = 600.0
@@ -77,20 +79,6 @@ Say = Callable[[str, str], None]
 """Callback for a notice: level and sentence."""
 
 
-class Writer(Protocol):
-    """Output file of a recording; every method but `close` raises LogError when it fails."""
-
-    def write(self, unix_us: int, raw: bytes) -> None: ...
-
-    def sync(self) -> None: ...
-
-    def look(self) -> None:
-        """Check that the file is in its place. Raises TakenAway if it was deleted or moved."""
-        ...
-
-    def close(self) -> None: ...
-
-
 MOST_WAITING_BYTES: Final = 16_000_000
 FIRST_RETRY_S: Final = 1.0
 RETRY_MAX_S: Final = 8.0
@@ -109,15 +97,6 @@ class Kept:
     lost: int
 
 
-@dataclass(frozen=True)
-class _Following:
-    """The pending next dive: its first file, its file opener, and the callback for the change."""
-
-    writer: Writer
-    open_file: Callable[[int], Writer]
-    changed: Callable[[Kept], None]
-
-
 class RecordedFiles:
     """Writes frames to the files of a dive.
 
@@ -126,19 +105,19 @@ class RecordedFiles:
     """
 
     def __init__(
-        self, open_file: Callable[[int], Writer], clock: Clock, has_room: Callable[[], bool], say: Say
+        self, open_file: Callable[[int], TlogWriter], clock: Clock, has_room: Callable[[], bool], say: Say
     ) -> None:
         self._open_file, self._clock, self._has_room, self._say = open_file, clock, has_room, say
         self._waiting: deque[tuple[int, bytes]] = deque()
         self._waiting_bytes = 0
         self._failure = ""
         self._sync_failure: LogError | None = None
-        self._following: _Following | None = None
-        self._given_up: deque[Writer] = deque()
+        self._following: Callable[[], None] | None = None
+        self._given_up: deque[TlogWriter] = deque()
         self._begin(open_file(1))
 
-    def _begin(self, writer: Writer) -> None:
-        self._writer: Writer | None = writer
+    def _begin(self, writer: TlogWriter) -> None:
+        self._writer: TlogWriter | None = writer
         self._fresh, self._retry_s, self._retry_delay_s = True, self._clock.boot_s(), FIRST_RETRY_S
         self._number = self._files = 1
         self._frames = self._bytes = self._lost = 0
@@ -194,7 +173,7 @@ class RecordedFiles:
             self._waiting_bytes -= len(self._waiting.popleft()[1])
             self._lost += 1
 
-    def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[Kept], None]) -> None:
+    def go_on(self, open_file: Callable[[int], TlogWriter], changed: Callable[[Kept], None]) -> None:
         """Begin the next dive with the next `change`; may be called from another thread.
 
         `changed` is called with the counts of the dive that ended. Raises LogError if the first file can't be opened,
@@ -202,19 +181,23 @@ class RecordedFiles:
         """
         if self._following is not None:
             raise LogError("the next dive waits for the disk already; check the disk")
-        self._following = _Following(open_file(1), open_file, changed)
+        self._following = partial(self._change_to, open_file(1), open_file, changed)
 
     def change(self) -> None:
         """Change to the next dive's files if one is pending; frames that could not be written yet go there."""
         following, self._following = self._following, None
-        if following is None:
-            return
+        if following is not None:
+            following()
+
+    def _change_to(
+        self, first: TlogWriter, open_file: Callable[[int], TlogWriter], changed: Callable[[Kept], None]
+    ) -> None:
         self.drain()
         self._give_up()
-        self._open_file = following.open_file
+        self._open_file = open_file
         kept = self.kept
-        self._begin(following.writer)
-        following.changed(kept)
+        self._begin(first)
+        changed(kept)
 
     def sync(self) -> None:
         """Sync the written frames to the disk, and see that their file is in its place; call it from another thread
@@ -290,7 +273,7 @@ class RecordedFiles:
         self._retry_delay_s = min(2 * self._retry_delay_s, RETRY_MAX_S)
 
 
-def _close(writer: Writer) -> None:
+def _close(writer: TlogWriter) -> None:
     """Close a file that was synced: a network disk may fail once more here, with nothing left to lose."""
     with contextlib.suppress(OSError):
         writer.close()

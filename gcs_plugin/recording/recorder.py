@@ -15,8 +15,9 @@ from bridge.clock import Clock
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Frame
 from bridge.wire.redaction import carries_key
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.peers import CROWDED, KnownVehicle, Peers, Reception, ground_heartbeat
-from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles, Writer
+from gcs_plugin.recording.files import DiskLeft, Kept, RecordedFiles
 from gcs_plugin.recording.link import RecordedLink
 from gcs_plugin.recording.silence import SilenceTracker
 
@@ -40,20 +41,16 @@ class Recorded:
 
 
 @dataclass(frozen=True, slots=True)
-class DiveCounts:
-    """Counts of a dive. `files`, `frames` and `bytes` are those of the files in its folder.
+class DiveCounts(Kept):
+    """Counts of a dive, those of its files among them.
 
-    `heard` counts the frames that arrived on the links, without those of the outlet; `lost` the frames that arrived and
-    are in none of these; `missed` the frames that never arrived, by the sequence numbers: a lower bound, since a long
-    gap does not show its length. `unheard_s` is the vehicle's longest silence between two of its frames, 0 for none;
-    `keeps_ring`: the vehicle reports that it keeps a recording onboard.
+    `heard` counts the frames that arrived on the links, without those of the outlet; `missed` the frames that never
+    arrived, by the sequence numbers: a lower bound, since a long gap does not show its length. `unheard_s` is the
+    vehicle's longest silence between two of its frames, 0 for none; `keeps_ring`: the vehicle reports that it keeps a
+    recording onboard.
     """
 
-    files: int
     heard: int
-    frames: int
-    bytes: int
-    lost: int
     missed: int = 0
     unheard_s: float = 0.0
     keeps_ring: bool = False
@@ -97,7 +94,7 @@ class Recorder:
     def __init__(
         self,
         links: Sequence[Link],
-        open_file: Callable[[int], Writer],
+        open_file: Callable[[int], TlogWriter],
         clock: Clock,
         free_bytes: Callable[[], int],
         notice: Callable[[Notice], None],
@@ -183,7 +180,7 @@ class Recorder:
             self._tell_twins()
         return received
 
-    def go_on(self, open_file: Callable[[int], Writer], changed: Callable[[DiveCounts], None]) -> None:
+    def go_on(self, open_file: Callable[[int], TlogWriter], changed: Callable[[DiveCounts], None]) -> None:
         """Begin the next dive with the next `step`, in files of `open_file`; may be called from another thread.
 
         `changed` is called in the thread of `step` with the counts of the dive that ended. Raises LogError if the first
@@ -235,17 +232,8 @@ class Recorder:
 
     def _count(self, kept: Kept) -> DiveCounts:
         missed = max(0, self._peers.lost() - self._missed_before)
-        silence = self._silence.report
-        return DiveCounts(
-            kept.files,
-            self.heard,
-            kept.frames,
-            kept.bytes,
-            kept.lost,
-            missed,
-            round(silence.longest_s, 3),
-            silence.keeps_ring,
-        )
+        silence = round(self._silence.longest_s, 3), self._silence.keeps_ring
+        return DiveCounts(kept.files, kept.frames, kept.bytes, kept.lost, self.heard, missed, *silence)
 
     def _tell_crowds(self) -> None:
         for link in self._peers.left_out:

@@ -23,14 +23,6 @@ _BOOT_ID: Final = b"BOOT_ID"
 _BOOT_MS: Final = struct.Struct("<I")
 
 
-@dataclass(frozen=True, slots=True)
-class SilenceReport:
-    """A dive's vehicle: its longest silence, s (0 for none), and whether it keeps a recording onboard."""
-
-    longest_s: float = 0.0
-    keeps_ring: bool = False
-
-
 @dataclass(slots=True)
 class _Sender:
     """State of a component.
@@ -108,10 +100,16 @@ class SilenceTracker:
         sender.hear(frame, time_s)
 
     @property
-    def report(self) -> SilenceReport:
-        """Result for the vehicle's component with the most frames."""
-        vehicles = [sender for sender in self._senders.values() if sender.is_vehicle]
-        if not vehicles:
-            return SilenceReport()
-        most = max(vehicles, key=lambda sender: sender.frames)
-        return SilenceReport(most.silent_s, any(sender.keeps_ring for sender in vehicles))
+    def longest_s(self) -> float:
+        """Longest silence, s, of the vehicle's component with the most frames; 0 for none."""
+        most = max(self._vehicles, key=lambda sender: sender.frames, default=None)
+        return 0.0 if most is None else most.silent_s
+
+    @property
+    def keeps_ring(self) -> bool:
+        """Whether the vehicle keeps a recording onboard."""
+        return any(sender.keeps_ring for sender in self._vehicles)
+
+    @property
+    def _vehicles(self) -> list[_Sender]:
+        return [sender for sender in self._senders.values() if sender.is_vehicle]

@@ -111,12 +111,8 @@ LIMIT_OF: Final = {
 """The field of `Limits` that a kind of alarm goes by."""
 
 
-@dataclass(frozen=True)
-class _Sign:
-    """A condition that holds now, and how long it has to before it is an alarm."""
-
-    alarm: Alarm
-    holds_s: float
+_Sign = tuple[Alarm, float]
+"""A condition that holds now, and how long it has to before it is an alarm, s."""
 
 
 class Alarms:
@@ -135,15 +131,9 @@ class Alarms:
 
     def look(self, picture: Picture) -> tuple[Alarm, ...]:
         """The alarms of a picture, the gravest kind first."""
-        signs = list(self._signs(picture))
-        known = {sign.alarm.key for sign in signs}
-        self._since_s = {key: since_s for key, since_s in self._since_s.items() if key in known}
-        out = []
-        for sign in signs:
-            since_s = self._since_s.setdefault(sign.alarm.key, picture.now_s)
-            if picture.now_s - since_s >= sign.holds_s:
-                out.append(sign.alarm)
-        return tuple(out)
+        signs, before_s = list(self._signs(picture)), self._since_s
+        self._since_s = {alarm.key: before_s.get(alarm.key, picture.now_s) for alarm, _ in signs}
+        return tuple(alarm for alarm, holds_s in signs if picture.now_s - self._since_s[alarm.key] >= holds_s)
 
     def _signs(self, picture: Picture) -> Iterator[_Sign]:
         yield from self._of_vehicle(picture)
@@ -155,9 +145,7 @@ class Alarms:
         link = picture.links[0] if picture.links else None
         limits = self._limits
         if armed and link is not None and limits.link_s and picture.armed_age_s > limits.link_s:
-            yield _Sign(
-                Alarm(Kind.LINK, "", f"nothing heard of the vehicle for {picture.armed_age_s:.0f} s"), 0.0
-            )
+            yield Alarm(Kind.LINK, "", f"nothing heard of the vehicle for {picture.armed_age_s:.0f} s"), 0.0
             return  # whatever else is silent then, is so for that reason
         yield from self._of_battery(picture)
         if armed:
@@ -170,31 +158,31 @@ class Alarms:
 
     def _of_vehicle(self, picture: Picture) -> Iterator[_Sign]:
         if picture.armed is Armed.FAILSAFE and picture.armed_age_s <= (self._limits.link_s or math.inf):
-            yield _Sign(Alarm(Kind.VEHICLE, "failsafe", "the vehicle is in failsafe"), 0.0)
+            yield Alarm(Kind.VEHICLE, "failsafe", "the vehicle is in failsafe"), 0.0
         newest = {said.text: said for said in picture.said if said.severity <= CRITICAL and not said.past}
         for said in newest.values():
             if self._limits.vehicle_s and picture.now_s - said.heard_s <= self._limits.vehicle_s:
-                yield _Sign(Alarm(Kind.VEHICLE, said.text, f"the vehicle says: {said.text}"), 0.0)
+                yield Alarm(Kind.VEHICLE, said.text, f"the vehicle says: {said.text}"), 0.0
 
     def _of_battery(self, picture: Picture) -> Iterator[_Sign]:
         volts, limit_v = picture.newest("voltage"), self._limits.battery_v
         if limit_v and volts < limit_v:
             words = f"battery {beyond(volts, limit_v)} V, below {limit_v:g} V"
-            yield _Sign(Alarm(Kind.BATTERY, "", words), BATTERY_HOLDS_S)
+            yield Alarm(Kind.BATTERY, "", words), BATTERY_HOLDS_S
 
     def _of_water(self, picture: Picture) -> Iterator[_Sign]:
         limits, depth_m, altitude_m = self._limits, picture.newest("depth"), picture.newest("altitude")
         if limits.depth_m and depth_m > limits.depth_m:
             words = f"depth {beyond(depth_m, limits.depth_m)} m, deeper than {limits.depth_m:g} m"
-            yield _Sign(Alarm(Kind.DEPTH, "", words), 0.0)
+            yield Alarm(Kind.DEPTH, "", words), 0.0
         if limits.altitude_m and altitude_m < limits.altitude_m:
             words = f"altitude {beyond(altitude_m, limits.altitude_m)} m, less than {limits.altitude_m:g} m"
-            yield _Sign(Alarm(Kind.ALTITUDE, "", words), ALTITUDE_HOLDS_S)
+            yield Alarm(Kind.ALTITUDE, "", words), ALTITUDE_HOLDS_S
 
     def _of_thruster(self, row: ThrusterRow) -> Iterator[_Sign]:
         if self._limits.thruster_s and row.freshness is Freshness.FRESH and self._rpm.stands(row):
             words = f"thruster {row.number} stands still at {row.pwm_us:.0f} us"
-            yield _Sign(Alarm(Kind.THRUSTER, str(row.number), words), self._limits.thruster_s)
+            yield Alarm(Kind.THRUSTER, str(row.number), words), self._limits.thruster_s
 
     def _of_sensor(self, row: SensorRow, now_s: float) -> Iterator[_Sign]:
         limit_s = self._limits.sensor_s
@@ -202,12 +190,12 @@ class Alarms:
         if not limit_s:
             return
         if row.condition is Condition.BAD:
-            yield _Sign(alarm, limit_s)
+            yield alarm, limit_s
             return
         # A vehicle that was off, or out of hearing, has its sensors speak again one by one.
         settled = self._back_s is not None and now_s - self._back_s >= limit_s
         if settled and row.freshness is Freshness.GONE and limit_s <= row.age_s < math.inf:
-            yield _Sign(alarm, 0.0)
+            yield alarm, 0.0
 
     def _of_gap(self, picture: Picture) -> Iterator[_Sign]:
         gap = picture.gap
@@ -215,7 +203,7 @@ class Alarms:
             return
         causes = " or ".join(cause.words for cause in gap.causes) or "no known cause fits"
         axes = ", ".join(DOFS[axis.dof] for axis in gap.axes if axis.high)
-        yield _Sign(Alarm(Kind.GAP, "", f"it departs from its model in {axes}: {causes}"), self._limits.gap_s)
+        yield Alarm(Kind.GAP, "", f"it departs from its model in {axes}: {causes}"), self._limits.gap_s
 
 
 class _Shafts:

@@ -83,12 +83,8 @@ class Quantities:
 
     def _put(self, keys: Sequence[str], values: Sequence[float], first: int, time_s: float) -> None:
         """Add values whose references are in NU_REF from index `first` on."""
-        if time_s - self._reference_s <= REFERENCE_HOLDS_S:
-            for place, key in enumerate(keys):
-                self._rings[key].put(time_s, values[place], self._reference[first + place])
-        else:
-            for place, key in enumerate(keys):
-                self._rings[key].put(time_s, values[place])
+        for place, key in enumerate(keys):
+            self._rings[key].put(time_s, values[place], self._reference_at(first + place, time_s))
 
     def _rates(self, values: Values, time_s: float) -> None:
         by_fog = time_s - self._channels["fog"].said_s < FOG_YIELDS_S

@@ -49,6 +49,7 @@ SILENT_S: Final = 3.0
 HAS_DATE_UNIX_S: Final = 1e9
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _SYSTEM_TIME: Final[int] = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
+_PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
 _OF_WORDS: Final = frozenset((_HEARTBEAT, dialect.MAVLINK_MSG_ID_STATUSTEXT))
 _SILENT_BEAT: Final = Heartbeat(0, 0, 0, 0, -math.inf)
 
@@ -102,7 +103,8 @@ class Watcher:
         self._said_at_s = 0.0
         self._first_s = math.inf  # when the vehicle was first heard
         self._texts = StatusTexts(self._tell)
-        self._active_set = ActiveSet()
+        # The number of the set that flies, and when the vehicle last stated it.
+        self._active_set: tuple[int | None, float] = (None, -math.inf)
         self._stated: dict[str, float] = {}
         self._live_gap = self._new_gap(system)
         self._look_back(system)
@@ -197,8 +199,8 @@ class Watcher:
             ff_mode=mode,
             ff_mode_age_s=channels["ff_mode"].age_s(now_s),
             flies=_whole(channels["flight"].values) is not None,
-            active_set=self._active_set.number,
-            active_set_age_s=now_s - self._active_set.stated_s,
+            active_set=self._active_set[0],
+            active_set_age_s=now_s - self._active_set[1],
             configuration=configuration,
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
@@ -255,9 +257,11 @@ class Watcher:
             return
         message = decode(frame)
         if message is not None:
-            self._active_set.hear(message.param_id, message.param_value, arrived_s)
-            self._stated[message.param_id] = message.param_value
-            self._live_gap.parameter(message.param_id, message.param_value)
+            name, value = message.param_id, message.param_value
+            if name in (ACTIVE, COMMIT) and value.is_integer():  # a vehicle answers for both alike
+                self._active_set = int(value), arrived_s
+            self._stated[name] = value
+            self._live_gap.parameter(name, value)
 
     def _is_twice(self, frame: Frame, arrived_s: float) -> bool:
         # Entries are in order of arrival: those that are too old stand at the front.
@@ -284,8 +288,9 @@ class Watcher:
 
     def _tell(self, source: Source, severity: int, text: CrewText) -> None:
         del source
-        self._active_set.read(text, self._said_at_s)
         if text.topic is Topic.SET_ACTIVE:
+            if text.number is not None:
+                self._active_set = text.number, self._said_at_s
             # What the new set lacks as well, the vehicle says again.
             self._let_pass(lambda said: said.of_set)
         unix_s = self._said_at_s + self._unix_at_zero_s
@@ -374,27 +379,3 @@ def _armed(beat: Heartbeat) -> Armed:
 
 def _whole(values: Values) -> int | None:
     return int(values[0]) if values and values[0].is_integer() else None
-
-
-_PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
-
-
-class ActiveSet:
-    """Follows the parameters and texts of a vehicle: FF_ACTIVE, FF_COMMIT (read in the same way), and its news.
-
-    `number` is the set's number, None if not yet known; `stated_s` is the time of the last message that stated it.
-    """
-
-    def __init__(self) -> None:
-        self.number: int | None = None
-        self.stated_s = -math.inf
-
-    def hear(self, name: str, value: float, arrived_s: float) -> None:
-        """Take a parameter that the vehicle states."""
-        if name in (ACTIVE, COMMIT) and value.is_integer():
-            self.number, self.stated_s = int(value), arrived_s
-
-    def read(self, text: CrewText, arrived_s: float) -> None:
-        """Take a text of the vehicle."""
-        if text.topic is Topic.SET_ACTIVE and text.number is not None:
-            self.number, self.stated_s = text.number, arrived_s

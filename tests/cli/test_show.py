@@ -307,9 +307,9 @@ FOLDER = Path("dives/2026-11-20T0912Z-lake")
 @pytest.mark.parametrize(
     ("count", "words"),
     [
-        (DiveCounts(1, 12, 12, 960, 0), f"12 frames, 960 bytes, 0 lost here: {FOLDER}"),
+        (DiveCounts(1, 12, 960, 0, 12), f"12 frames, 960 bytes, 0 lost here: {FOLDER}"),
         (
-            DiveCounts(1, 12, 10, 800, 2, missed=5, unheard_s=58.25),
+            DiveCounts(1, 10, 800, 2, 12, missed=5, unheard_s=58.25),
             f"10 frames, 800 bytes, 2 lost here, 5 lost on the way, 58 s unheard at a stretch: {FOLDER}",
         ),
     ],
@@ -321,13 +321,13 @@ def test_the_last_words_of_a_dive(count, words):
 @pytest.mark.parametrize(
     ("count", "advice"),
     [
-        (DiveCounts(1, 12, 12, 960, 0, missed=5), ""),
+        (DiveCounts(1, 12, 960, 0, 12, missed=5), ""),
         (
-            DiveCounts(1, 12, 12, 960, 0, unheard_s=58.25, keeps_ring=True),
+            DiveCounts(1, 12, 960, 0, 12, unheard_s=58.25, keeps_ring=True),
             "58 s unheard: `seatrial fetch` brings what the vehicle kept of it",
         ),
         (
-            DiveCounts(1, 12, 12, 960, 0, unheard_s=58.25),
+            DiveCounts(1, 12, 960, 0, 12, unheard_s=58.25),
             "58 s unheard: another recording of the dive may have it, see `seatrial merge`",
         ),
     ],

@@ -73,18 +73,24 @@ class DiskFile:
 
 
 class Ground:
-    """A recorder over a fake link and a fake disk on a simulated clock."""
+    """A recorder over fake links and a fake disk on a simulated clock."""
 
-    def __init__(self, disk=None, clock=None, **options):
-        self.link, self.disk, self.clock = FakeLink(), disk or Disk(), clock or SimulatedClock()
-        self.notices = []
+    def __init__(self, disk=None, clock=None, links=("fake:",), **options):
+        self.links, self.disk, self.clock = (
+            list(map(FakeLink, links)),
+            disk or Disk(),
+            clock or SimulatedClock(),
+        )
+        self.link, self.notices = self.links[0], []
         self.recorder = Recorder(
-            [self.link], self.disk.open, self.clock, self.disk.space, self.notices.append, **options
+            self.links, self.disk.open, self.clock, self.disk.space, self.notices.append, **options
         )
 
-    def hear(self, data, after_s=0.01):
+    def hear(self, *data, after_s=0.01):
+        """A step in which each link has its piece of `data`, or its error."""
         self.clock.advance_to(self.clock.now_s + after_s)
-        self.link.chunks.append(data)
+        for link, piece in zip(self.links, data, strict=False):
+            link.chunks.append(piece)
         return self.recorder.step(0.0)
 
     def sentences(self):

@@ -10,7 +10,7 @@ from wet_dive import turned, wet_check
 
 from bridge.errors import ConfigError, LogError
 from bridge.sensors.mounting import mounting_matrix
-from bridge.vehicle.config import Mounting, load_vehicle
+from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
@@ -121,8 +121,7 @@ def test_the_advice_mends_the_mounting(right):
     key = VEHICLES[0]
     configured = FILES[key[0]].vehicle.sensors.dvl.mounting
     for turn in TURNS:
-        advice = corrected(configured, turn)
-        mended = np.array(mounting_matrix(Mounting(advice.rotation_deg, advice.signs)))
+        mended = np.array(mounting_matrix(corrected(configured, turn)))
         # What the device says is turn @ true after the configured mounting; the advised one must give the truth.
         device = np.array(mounting_matrix(configured)).T @ turn
         assert np.allclose(mended @ device, np.eye(3), atol=1e-4)
@@ -154,7 +153,7 @@ def test_the_latency_of_each_sensor_is_found(key, late):
 def test_a_sensor_that_is_not_aboard_is_not_judged(right):
     key = VEHICLES[0]
     record = right[key]
-    result = diagnosis_of(key, type(record)(record.pwm, velocity=record.velocity))
+    result = diagnosis_of(key, WetRecord(record.pwm, {"dvl": record.series["dvl"]}))
     assert set(result.turn) == {"dvl"}
     assert list(result.thruster_of) == list(EIGHT)
 
@@ -163,10 +162,10 @@ def test_a_record_without_sensors_or_without_pulses_is_refused(right):
     key = VEHICLES[0]
     record = right[key]
     with pytest.raises(LogError, match="no sensor said anything"):
-        diagnosis_of(key, type(record)(record.pwm))
+        diagnosis_of(key, WetRecord(record.pwm, {}))
     still = Series(record.pwm.time_s, np.full_like(record.pwm.value, 1500.0))
     with pytest.raises(LogError, match="no pulse of thruster 1, 2, 3, 4, 5, 6, 7, 8"):
-        diagnosis_of(key, type(record)(still, velocity=record.velocity))
+        diagnosis_of(key, WetRecord(still, record.series))
 
 
 def test_pulses_of_two_thrusters_at_once_and_long_runs_are_no_pulses():
@@ -209,7 +208,9 @@ def test_a_recorded_check_is_read_from_its_frames(right):
     assert results["dvl"].sentence.startswith("DVL: y shows -y")
     assert results["thruster 1"].level is Level.OK
     assert results["fog latency"].level is Level.OK
-    assert record_of(frames, 8).fog.time_s == pytest.approx(right[key].fog.time_s, abs=1e-6)
+    assert record_of(frames, 8).series["fog"].time_s == pytest.approx(
+        right[key].series["fog"].time_s, abs=1e-6
+    )
     with pytest.raises(LogError, match="no commands of 8 thrusters"):
         record_of(frames[:0], 8)
 
@@ -217,7 +218,7 @@ def test_a_recorded_check_is_read_from_its_frames(right):
 def test_the_noise_of_a_feature_is_that_of_its_two_means_at_rest_and_none_where_the_rest_is_too_short():
     time_s = np.arange(0.0, 120.0, 0.01)
     fog = Series(time_s, 0.1 * np.random.default_rng(1).standard_normal((len(time_s), 1)))
-    record = WetRecord(fog, fog=fog)
+    record = WetRecord(fog, {"fog": fog})
     # Means over 0.8 s before a pulse and over 0.3 s in it.
     expected = 0.1 * math.sqrt(1 / 80 + 1 / 30)
     assert feature_noise(record, [Pulse(0, 119.0, 120.0, 1600.0)])["fog"] == pytest.approx(
@@ -227,22 +228,14 @@ def test_the_noise_of_a_feature_is_that_of_its_two_means_at_rest_and_none_where_
 
 
 def frames_of(record):
-    nan = math.nan
+    felt = record.series
+    imu = Series(felt["rate"].time_s, np.hstack([felt["force"].value, felt["rate"].value]))
+    sent = {"pwm": record.pwm, "dvl": felt["dvl"], "imu": imu, "fog": felt["fog"]}
+    more = {"pwm": [0.0] * 24, "dvl": [0.01], "imu": [math.nan], "fog": []}
     readings = [
-        Reading("pwm", t, (*v, *[0.0] * 24)) for t, v in zip(record.pwm.time_s, record.pwm.value, strict=True)
-    ]
-    readings += [
-        Reading("dvl", t, (*v, 0.01))
-        for t, v in zip(record.velocity.time_s, record.velocity.value, strict=True)
-    ]
-    readings += [
-        Reading("imu", t, (*f, *r, nan))
-        for t, f, r in zip(
-            record.specific_force.time_s, record.specific_force.value, record.rate.value, strict=True
-        )
-    ]
-    readings += [
-        Reading("fog", t, tuple(v)) for t, v in zip(record.fog.time_s, record.fog.value, strict=True)
+        Reading(signal, t, (*v, *more[signal]))
+        for signal, series in sent.items()
+        for t, v in zip(series.time_s, series.value, strict=True)
     ]
     encoder = Encoder(1, 1)
     stream = b"".join(encoder.frame(*encode(r)) for r in sorted(readings, key=lambda r: r.time_s))

@@ -26,8 +26,8 @@ def test_frames_go_into_the_dive_before_and_from_then_on_into_the_next_one():
     for raw in raws[12:]:
         sea.hear(raw)
     assert (sea.first.raws, sea.second.raws) == (raws[:12], raws[12:])
-    assert sea.counts == [DiveCounts(1, 12, 12, len(b"".join(raws[:12])), 0)]
-    assert sea.recorder.count == DiveCounts(1, 8, 8, len(b"".join(raws[12:])), 0)
+    assert sea.counts == [DiveCounts(1, 12, len(b"".join(raws[:12])), 0, 12)]
+    assert sea.recorder.count == DiveCounts(1, 8, len(b"".join(raws[12:])), 0, 8)
     assert sea.notices == []
 
 

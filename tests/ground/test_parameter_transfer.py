@@ -4,11 +4,10 @@ import pytest
 from fakes.parameters_over_a_link import SOURCE, Reached
 from soak import rest_in_soak
 
-from gcs_plugin.params.deadline import RoundTrips, attempts_needed, deadline_s, retry_delay_s
+from gcs_plugin.params.deadline import RoundTrips, deadline_s, retry_delay_s
 from gcs_plugin.params.listing import Listing
 from gcs_plugin.params.session import READ_WITHIN_S
-from gcs_plugin.params.transfer import Outcome, ReadValue, RestartScripts, SetValue, Transfer, confirm, write
-from gcs_plugin.params.withdrawal import Withdrawal
+from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue, Transfer, confirm, write
 
 BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "jitter_s": 0.2}
 HELD = dict.fromkeys([f"P_{n:02d}" for n in range(40)], 0.0)
@@ -72,12 +71,6 @@ def test_what_the_window_kept_back_until_the_deadline_was_not_sent():
 def test_a_parameter_that_the_vehicle_lacks_is_refused_by_its_error():
     transfer = transfer_to(Reached({"P_00": 0.0}), {"P_99": 1.0})
     assert transfer.results["P_99"].sentence == "P_99 refused: the vehicle has no such parameter"
-
-
-def test_no_more_than_the_window_fly_at_once():
-    transfer = Transfer([write(n, v) for n, v in TARGETS.items()], SOURCE, 0.0, PATIENT_S)
-    assert [send.name for send in transfer.tick(0.0)] == NAMES[:8]
-    assert transfer.tick(0.1) == []
 
 
 def test_the_echo_alone_proves_nothing():
@@ -159,11 +152,6 @@ def test_a_list_with_holes_ends_at_the_deadline_and_names_them():
     assert listing.missing == [1]
 
 
-def test_of_a_list_that_has_not_begun_nothing_is_known_to_be_missing():
-    listing = Listing(SOURCE, 0.0, 5.0)
-    assert (listing.missing, listing.complete) == ([], False)
-
-
 def test_an_autopilots_long_list_is_whole_on_a_link_that_loses_a_third_each_way():
     """Thirty seconds, which are enough for a companion's own, left a tenth of it out."""
     vehicle = Reached({f"P_{n:04d}": float(n) for n in range(1332)}, seed=1, **BAD_LINK)
@@ -181,13 +169,6 @@ def test_a_table_that_changes_meanwhile_is_read_anew():
     assert listing.missing == [1, 2]
     listing.on_value("B", 1.0, 0, 3, SOURCE, 0.3)
     assert listing.values == {"B": 1.0}
-
-
-@pytest.mark.parametrize(
-    ("loss", "requests", "failure", "attempts"), [(0.0, 40, 1e-3, 1), (0.3, 1, 0.51, 1), (0.3, 40, 1e-3, 16)]
-)
-def test_attempts_grow_with_loss(loss, requests, failure, attempts):
-    assert attempts_needed(loss, requests, failure) == attempts
 
 
 def test_a_delay_grows_by_half_to_a_second_and_a_deadline_with_what_is_asked():
@@ -225,34 +206,3 @@ def test_an_answer_to_a_question_that_was_repeated_often_tells_nothing_until_all
     trips.on_sent("A", 20.0)
     trips.on_heard("A", 20.25)
     assert trips.quiet_s == 2 * 0.25 * 16
-
-
-def test_a_withdrawal_restarts_the_scripts_until_no_set_reads_in_force_and_then_has_succeeded():
-    made = Withdrawal(SOURCE, 0.0, 60.0)
-    assert (made.done, made.succeeded, made.waits, made.results, made.progress) == (
-        False,
-        False,
-        True,
-        {},
-        (0, 1),
-    )
-    assert made.tick(0.0) == [RestartScripts()]
-    now_s, sends = 0.0, []
-    while not sends:
-        now_s += 0.5
-        sends = made.tick(now_s)
-    assert not made.waits
-    made.on_value("FF_ACTIVE", 0.0, SOURCE, now_s)
-    made.tick(now_s + 0.1)
-    assert (made.done, made.succeeded, made.failure(), made.progress) == (True, True, None, (1, 1))
-    assert made.results["FF_ACTIVE"].outcome is Outcome.APPLIED
-    assert made.tick(70.0) == []
-
-
-def test_a_withdrawal_that_is_never_read_back_has_failed_at_its_deadline():
-    made = Withdrawal(SOURCE, 0.0, 60.0)
-    for now_s in range(61):
-        made.tick(float(now_s))
-    assert (made.done, made.succeeded) == (True, False)
-    assert made.failure().sentence == "FF_ACTIVE was not read back as 0 within 60 s"
-    assert made.results["FF_ACTIVE"].outcome is Outcome.UNVERIFIED

@@ -1,5 +1,7 @@
 """An upload as a whole: the old set or the new flies, and of two uploads at once one waits its turn."""
 
+from contextlib import closing
+
 import pytest
 from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
 from soak import rest_in_soak
@@ -225,27 +227,27 @@ def test_an_upload_of_the_same_second_gets_the_next_number_and_leaves_the_other_
 def test_while_a_vehicle_is_written_to_another_upload_to_it_is_refused_and_one_to_another_vehicle_goes(
     tmp_path,
 ):
-    with Turn(tmp_path / "receipts", 1):
+    with closing(Turn(tmp_path / "receipts", 1)):
         with pytest.raises(
             ParamRejected, match="to vehicle 1 is under way: nothing was sent; wait for its end"
         ):
             Turn(tmp_path / "receipts", 1)
-        with Turn(tmp_path / "receipts", 2):
+        with closing(Turn(tmp_path / "receipts", 2)):
             begun(tmp_path / "receipts", 2)
-    with Turn(tmp_path / "receipts", 1, NONE_YET):
+    with closing(Turn(tmp_path / "receipts", 1, NONE_YET)):
         assert newest(tmp_path / "receipts", 1) == NONE_YET
 
 
 def test_what_was_read_before_another_program_s_upload_is_not_written_upon(tmp_path):
     read_at = newest(tmp_path, 1)
     begun(tmp_path, 2)
-    with Turn(tmp_path, 1, read_at):
+    with closing(Turn(tmp_path, 1, read_at)):
         begun(tmp_path, 1)
     with pytest.raises(
         ParamRejected, match="another program wrote to vehicle 1 since it was read: nothing was sent"
     ):
         Turn(tmp_path, 1, read_at)
-    with Turn(tmp_path, 1, newest(tmp_path, 1)):
+    with closing(Turn(tmp_path, 1, newest(tmp_path, 1))):
         assert newest(tmp_path, 1) == (2, Outcome.BEGUN)
 
 
@@ -254,7 +256,7 @@ def test_where_files_can_t_be_locked_everybody_has_the_turn(tmp_path, monkeypatc
         raise OSError(95, "Operation not supported")
 
     monkeypatch.setattr("gcs_plugin.locks.fcntl.flock", unable)
-    with Turn(tmp_path, 1), Turn(tmp_path, 1):
+    with closing(Turn(tmp_path, 1)), closing(Turn(tmp_path, 1)):
         assert begun(tmp_path, 1).number == 1
 
 
@@ -287,14 +289,6 @@ def test_stopped_between_the_last_read_back_and_the_commit_nothing_is_committed(
     assert vehicle.run(upload, lambda: upload.ending is not None, 200.0)
     assert (upload.ending.outcome, vehicle.flying()) == (Outcome.ROLLED_BACK, BEFORE)
     assert {name: vehicle.values[name] for name in BEFORE} == BEFORE
-
-
-def test_a_vehicle_that_started_anew_at_the_commit_is_staged_anew():
-    vehicle = Reached(OLD)
-    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
-    assert vehicle.run(upload, lambda: upload.stage is Stage.COMMIT)
-    upload.on_reboot(vehicle.now_s)
-    assert upload.stage is Stage.STAGE
 
 
 def test_a_silence_is_counted_from_the_vehicles_last_answer_of_any_kind_and_from_no_other_component():

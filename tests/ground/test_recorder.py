@@ -3,7 +3,7 @@
 import threading
 
 import pytest
-from faked_ground import Disk, Ground, frames_of
+from faked_ground import Ground, frames_of
 from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
@@ -11,8 +11,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.peers import GROUND_STATION, Peers
-from gcs_plugin.recording.recorder import Recorder
-from gcs_plugin.recording.silence import SilenceReport, SilenceTracker
+from gcs_plugin.recording.silence import SilenceTracker
 
 
 def test_a_frame_of_an_unknown_id_is_recorded_raw():
@@ -20,7 +19,7 @@ def test_a_frame_of_an_unknown_id_is_recorded_raw():
     unknown = bytes([0xFD, 3, 0, 0, 7, 1, 1, 0x11, 0x22, 0x05, 1, 2, 3, 0xAA, 0xBB])
     known = frames_of(1)[0]
     ground.hear(known + unknown + known)
-    assert [raw for _, raw in ground.disk.stored()][:2] == [known, unknown]
+    assert ground.disk.raws[:2] == [known, unknown]
     (reception,) = ground.recorder.receptions["fake:"]
     assert (reception.system, reception.component) == (1, 1)
 
@@ -36,38 +35,28 @@ class JumpingClock(SimulatedClock):
 
 @pytest.mark.parametrize("jump_s", [-86400.0, 86400.0])
 def test_stamps_stay_even_when_the_wall_clock_is_set(jump_s):
-    disk, link, clock = Disk(), FakeLink(), JumpingClock()
-    recorder = Recorder([link], disk.open, clock, lambda: 1 << 40, lambda _: None)
-    start_us = recorder.unix_us()
+    ground = Ground(clock=JumpingClock())
+    start_us = ground.recorder.unix_us()
     for number, raw in enumerate(frames_of(10), start=1):
-        clock.advance_to(number * 0.1)
-        clock.jump_s = jump_s if number > 5 else 0.0
-        link.chunks.append(raw)
-        recorder.step(0.0)
-    assert [stamp - start_us for stamp, _ in disk.stored()] == [n * 100_000 for n in range(1, 11)]
+        ground.clock.jump_s = jump_s if number > 5 else 0.0
+        ground.hear(raw, after_s=0.1)
+    assert [stamp - start_us for stamp, _ in ground.disk.stored()] == [n * 100_000 for n in range(1, 11)]
 
 
 @pytest.mark.parametrize("apart_s", [0.0, 500.0])
 def test_two_vehicles_under_one_id_on_a_link_each_are_said_once_to_mix_in_the_recording(apart_s):
-    links, clock, said, encoders = (
-        [FakeLink("a"), FakeLink("b")],
-        SimulatedClock(),
-        [],
-        [Encoder(1, 1), Encoder(1, 1)],
-    )
-    disk = Disk()
-    recorder = Recorder(links, disk.open, clock, disk.space, lambda notice: said.append(notice.sentence))
+    ground, encoders = Ground(links=("a", "b")), [Encoder(1, 1), Encoder(1, 1)]
     for second in range(1, 31):
-        clock.advance_to(float(second))
-        for link, encoder, begun_s in zip(links, encoders, (0.0, apart_s), strict=True):
-            boot_ms = round(1000 * (begun_s + second))
-            link.chunks.append(encoder.encode(mav.MAVLink_system_time_message(0, boot_ms)))
-        recorder.step(0.0)
+        clocks = (
+            mav.MAVLink_system_time_message(0, round(1000 * since_s))
+            for since_s in (second, apart_s + second)
+        )
+        ground.hear(*map(Encoder.encode, encoders, clocks), after_s=1.0)
     mixed = [
         "a and b: two vehicles beat as system 1, component 1, and both would obey; stop one, or give one another id "
         "(system_id in its vehicle file); what both say is mixed in this recording, and tells of neither"
     ]
-    assert said == (mixed if apart_s else [])
+    assert ground.sentences() == (mixed if apart_s else [])
 
 
 def test_it_is_silent_unless_asked_to_beat():
@@ -91,57 +80,47 @@ def test_what_came_whole_before_a_link_was_lost_is_recorded_though_a_broken_star
     assert ground.disk.raws == sent[1:]
 
 
+UNPLUGGED = LinkLost("broken: unplugged; plug it in")
+
+
 def test_a_lost_link_is_said_and_opened_again_while_the_other_goes_on():
-    clock, disk, notices = SimulatedClock(), Disk(), []
-    broken, other, again = FakeLink("broken"), FakeLink("other"), FakeLink("broken")
-    attempts = []
+    again, attempts = FakeLink("broken"), []
 
     def reopen(name):
-        assert name == "broken"
-        attempts.append(clock.now_s)
+        attempts.append(name)
         if len(attempts) < 3:
             raise LinkLost("still gone")
         return again
 
-    recorder = Recorder([broken, other], disk.open, clock, lambda: 1 << 40, notices.append, reopen)
-    broken.chunks.append(LinkLost("broken: unplugged; plug it in"))
-    raws = frames_of(200)
-    for raw in raws:
-        clock.advance_to(clock.now_s + 0.5)
-        other.chunks.append(raw)
-        recorder.step(0.0)
+    ground = Ground(links=("broken", "other"), reopen=reopen)
+    ground.hear(UNPLUGGED)
+    for raw in frames_of(200):
+        ground.hear(b"", raw, after_s=0.5)
     again.chunks.append(frames_of(1, system=9)[0])
-    recorder.step(0.0)
-    assert broken.closed
-    assert [notice.sentence for notice in notices] == ["broken: unplugged; plug it in", "broken is back"]
-    assert len(disk.stored()) == 201
-    assert len(attempts) == 3
+    ground.hear()
+    assert ground.link.closed
+    assert ground.sentences() == ["broken: unplugged; plug it in", "broken is back"]
+    assert len(ground.disk.stored()) == 201
+    assert attempts == ["broken"] * 3
 
 
 def test_a_link_that_takes_its_time_to_open_holds_up_no_other():
-    clock, disk = SimulatedClock(), Disk()
-    broken, other, again = FakeLink("broken"), FakeLink("other"), FakeLink("broken")
-    answered = threading.Event()
+    again, answered = FakeLink("broken"), threading.Event()
 
     def reopen(_):
         assert answered.wait(60.0)
         return again
 
-    recorder = Recorder([broken, other], disk.open, clock, lambda: 1 << 40, lambda _: None, reopen)
-    broken.chunks.append(LinkLost("broken: unplugged; plug it in"))
+    ground = Ground(links=("broken", "other"), reopen=reopen)
+    ground.hear(UNPLUGGED)
     for number, raw in enumerate(frames_of(50), start=1):
-        clock.advance_to(clock.now_s + 0.1)
-        other.chunks.append(raw)
-        recorder.step(0.0)
-        assert len(disk.stored()) == number
+        ground.hear(b"", raw, after_s=0.1)
+        assert len(ground.disk.stored()) == number
     assert not answered.is_set()
     answered.set()
     again.chunks.append(frames_of(1, system=9)[0])
-    for _ in range(500):
-        clock.advance_to(clock.now_s + 1.0)
-        if recorder.step(0.0):
-            break
-    assert len(disk.stored()) == 51
+    assert any(ground.hear(after_s=1.0) for _ in range(500))
+    assert len(ground.disk.stored()) == 51
 
 
 class FakeOutlet:
@@ -160,35 +139,29 @@ class FakeOutlet:
 
 
 def test_what_the_outlet_sends_goes_out_on_every_link_and_into_the_recording():
-    clock, disk, outlet = SimulatedClock(), Disk(), FakeOutlet()
-    links = [FakeLink("one"), FakeLink("other")]
-    recorder = Recorder(links, disk.open, clock, disk.space, lambda _: None, outlet=outlet)
+    outlet = FakeOutlet()
+    ground = Ground(links=("one", "other"), outlet=outlet)
     heard, orders = frames_of(2), frames_of(3, system=255)
-    links[0].chunks.append(heard[0])
     outlet.orders = list(orders)
-    recorder.step(0.0)
-    links[1].chunks.append(heard[1])
-    recorder.step(0.0)
-    assert [link.sent for link in links] == [orders, orders]
-    assert [raw for _, raw in disk.stored()] == [heard[0], *orders, heard[1]]
+    ground.hear(heard[0])
+    ground.hear(b"", heard[1])
+    assert [link.sent for link in ground.links] == [orders, orders]
+    assert ground.disk.raws == [heard[0], *orders, heard[1]]
     assert outlet.given == b"".join(heard)
-    assert (recorder.heard, recorder.kept.frames) == (2, 5)
-    assert [source.system for source in recorder.receptions["one"]] == [1]
+    assert (ground.recorder.heard, ground.recorder.kept.frames) == (2, 5)
+    assert [source.system for source in ground.recorder.receptions["one"]] == [1]
 
 
 def test_an_order_goes_out_though_the_disk_is_full_and_one_link_is_gone():
-    clock, disk, outlet = SimulatedClock(), Disk(), FakeOutlet()
-    disk.full, disk.free = True, 0
-    gone, good = FakeLink("gone"), FakeLink("good")
-    recorder = Recorder([gone, good], disk.open, clock, disk.space, lambda _: None, outlet=outlet)
-    gone.chunks.append(LinkLost("gone: unplugged; plug it in"))
+    outlet = FakeOutlet()
+    ground = Ground(links=("broken", "good"), outlet=outlet)
+    ground.disk.full, ground.disk.free = True, 0
     outlet.orders = frames_of(1)
-    recorder.step(0.0)
-    assert good.sent == frames_of(1)
-    disk.full, disk.free = False, 1 << 40
-    clock.advance_to(20.0)
-    recorder.step(0.0)
-    assert [raw for _, raw in disk.stored()] == frames_of(1)
+    ground.hear(UNPLUGGED)
+    assert ground.links[1].sent == frames_of(1)
+    ground.disk.full, ground.disk.free = False, 1 << 40
+    ground.hear(after_s=20.0)
+    assert ground.disk.raws == frames_of(1)
 
 
 def test_a_crowd_of_made_up_addresses_is_warned_of_once():
@@ -258,20 +231,20 @@ def heard_by(times_s, frame_at):
     for n, time_s in enumerate(times_s):
         for frame in Framer().feed(frame_at(n)):
             unheard.on_frame(peers.on_frame(frame, "udpin:1", time_s), frame, time_s)
-    return unheard.report
+    return unheard.longest_s
 
 
 @pytest.mark.parametrize("every_s", [1.0, 6.0, 20.0])
 def test_a_vehicle_on_deck_that_beats_slowly_alone_has_no_silence(every_s):
     encoder = Encoder(1, 1)
     beat = mav.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3)
-    assert heard_by([every_s * n for n in range(60)], lambda _: encoder.encode(beat)) == SilenceReport()
+    assert heard_by([every_s * n for n in range(60)], lambda _: encoder.encode(beat)) == 0.0
 
 
 def test_frames_that_a_link_held_back_were_heard():
     vehicle = Vehicle()
     held = [60.0 + 1e-3 * n if 20 < 0.25 * n < 60 else 0.25 * n for n in range(400)]
-    assert heard_by(held, lambda _: vehicle.quarter()) == SilenceReport()
+    assert heard_by(held, lambda _: vehicle.quarter()) == 0.0
 
 
 def test_a_ground_that_stood_still_did_not_hear_meanwhile():
@@ -280,4 +253,4 @@ def test_a_ground_that_stood_still_did_not_hear_meanwhile():
         sent.append(vehicle.quarter())
     kept = [*range(160), *range(320, 400)]
     times_s = [0.25 * n if n < 160 else 0.25 * (n - 160) for n in kept]
-    assert heard_by(times_s, lambda n: sent[kept[n]]).longest_s == pytest.approx(40.0)
+    assert heard_by(times_s, lambda n: sent[kept[n]]) == pytest.approx(40.0)

@@ -50,7 +50,7 @@ def test_a_speed_a_start_and_a_clock_that_is_set(times_s, speed, start_s, due_s)
 @pytest.mark.parametrize("speed", [0.0, float("nan")])
 def test_an_impossible_speed_is_refused(speed):
     with pytest.raises(LogError, match="needs a speed above zero"):
-        play([], SimulatedClock(), lambda _: None, speed)
+        next(play([], SimulatedClock(), lambda _: None, speed))
 
 
 FIRST_US = 1_790_000_000_000_000

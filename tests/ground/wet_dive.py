@@ -10,7 +10,7 @@ from bridge.vehicle.coefficients import BY_NAME, MASSES
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
 from gcs_plugin.doctor.pulses import duration_s, pulses
-from gcs_plugin.doctor.wet_record import Series, WetRecord
+from gcs_plugin.doctor.wet_record import FEATURES, Series, WetRecord
 
 TICK_S = 0.05
 ADDED = (1.45, 1.75, 2.3, 1.5, 1.9, 1.4)  # not what the doctor assumes
@@ -54,7 +54,7 @@ def wet_check(file, configuration, *, wiring=None, signs=None, latency_s=None, s
     time_s, state, nu_dot = np.concatenate(times), np.concatenate(states), np.concatenate(rates)
     return WetRecord(
         Series(np.array([t for t, _ in pwm]), np.array([c for _, c in pwm])),
-        *sensed(vehicle, time_s, state, nu_dot, late, rng, noise),
+        sensed(vehicle, time_s, state, nu_dot, late, rng, noise),
     )
 
 
@@ -74,23 +74,18 @@ def sensed(vehicle, time_s, state, nu_dot, late, rng, noise):
         true = np.column_stack([np.interp(at - late_s, time_s, column) for column in value.T])
         return Series(at, true + noise * sigma * rng.standard_normal(true.shape))
 
-    return (
-        sampled(at_dvl, 8.0, 0.004, late["dvl"]),
-        sampled(force, 100.0, 0.03, late["imu"]),
-        sampled(rate, 100.0, 0.004, late["imu"]),
-        sampled(rate[:, 2:], 50.0, 0.0005, late["fog"]),
-    )
+    return {
+        "dvl": sampled(at_dvl, 8.0, 0.004, late["dvl"]),
+        "force": sampled(force, 100.0, 0.03, late["imu"]),
+        "rate": sampled(rate, 100.0, 0.004, late["imu"]),
+        "fog": sampled(rate[:, 2:], 50.0, 0.0005, late["fog"]),
+    }
 
 
 def turned(record, sensor, turn):
     """The record as that sensor would give it if it sat turned: measured = turn @ true; a gyro of one axis sits upside
     down."""
-    if sensor == "dvl":
-        return replace(record, velocity=Series(record.velocity.time_s, record.velocity.value @ turn.T))
-    if sensor == "fog":
-        return replace(record, fog=Series(record.fog.time_s, -record.fog.value))
-    return replace(
-        record,
-        specific_force=Series(record.specific_force.time_s, record.specific_force.value @ turn.T),
-        rate=Series(record.rate.time_s, record.rate.value @ turn.T),
-    )
+    turn = -np.eye(1) if sensor == "fog" else turn
+    true = {name: record.series[name] for name, (signal, _) in FEATURES.items() if signal == sensor}
+    felt = {name: Series(series.time_s, series.value @ turn.T) for name, series in true.items()}
+    return replace(record, series=record.series | felt)

@@ -26,8 +26,9 @@ from gcs_plugin.params.plan import Verdict, acting_text, action_of, unit_of, val
 from gcs_plugin.params.proposal import Proposal, left_behind, propose_rollback, propose_upload
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress
-from gcs_plugin.params.transfer import Outcome, Result, Source
+from gcs_plugin.params.transfer import Outcome, Result
 from gcs_plugin.params.wanted import Wanted, wanted_by
+from gcs_plugin.peers import Source
 from tui import links, show
 from tui.files import Files
 from tui.parameter_files import Leave, check_outcome, read_identification
