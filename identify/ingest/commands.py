@@ -1,8 +1,8 @@
 """Handles thruster commands that are not a number in the recording, so that the thruster's action is unknown.
 
-For up to HELD_S the last known command is assumed to hold. If the command is unknown for longer, TAU_CMD replaces the
-thrust (see `identify.thrust`). Without TAU_CMD the force on the vehicle is unknown, and only the longest part of the
-dive in which all commands are known is used.
+For up to HELD_S the last known command is assumed to hold. If the command is unknown for longer, the force on the
+vehicle is unknown, and only the longest part of the dive in which all commands are known is used. Where the command of
+an output is never known, TAU_CMD replaces the thrust (see `identify.thrust`).
 
 The way of logging decides what is known between two messages. If commands are logged as they change, each holds until
 the next. If the commands of a fast loop are sampled slowly, it is unknown when they changed in between.
@@ -164,7 +164,7 @@ def with_spread_commands(dive: Dive) -> Dive:
     )
 
 
-def held_commands(pwm: Signal) -> Signal:
+def _held_commands(pwm: Signal) -> Signal:
     """The commands (n, thrusters), with gaps of at most HELD_S filled by the last known command."""
     value = pwm.value.copy()
     for column in value.T:
@@ -188,19 +188,19 @@ def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
     unknown = ~np.isfinite(counted.value)
     if not unknown.any():
         return dive
-    held = held_commands(commands)
+    held = _held_commands(commands)
     lacks = ~np.isfinite(held.value[:, :thrusters])
     noted = replace(dive, notes=dive.notes + _unknown_noted(unknown))
     noted = replace(noted, thrust_cmd=held) if dive.pwm is None else replace(noted, pwm=held)
-    if not lacks.any() or lacks.any(axis=1).all() or (dive.tau_cmd is not None and len(dive.tau_cmd)):
+    if not lacks.any() or lacks.any(axis=1).all():
         return noted
     outputs = _named(np.asarray(lacks.any(axis=0)))
     start_s, end_s = _longest(held.time_s, np.asarray(lacks.any(axis=1)), dive.span_s)
     digits = 0 if dive.duration_s - (end_s - start_s) >= 1.0 else 2
     note = (
-        f"Before its first number, or for more than {HELD_S:g} s, the command in {outputs} is unknown, and no TAU_CMD "
-        "is recorded that tells the wrench meanwhile: only the longest part in which all are known is used, "
-        f"{end_s - start_s:.{digits}f} s of {dive.duration_s:.{digits}f} s; check what sends the thruster commands."
+        f"Before its first number, or for more than {HELD_S:g} s, the command in {outputs} is unknown: only the "
+        f"longest part in which all are known is used, {end_s - start_s:.{digits}f} s of "
+        f"{dive.duration_s:.{digits}f} s; check what sends the thruster commands."
     )
     return replace(noted.between(start_s, end_s), notes=(*noted.notes, note))
 
@@ -210,7 +210,10 @@ def _unknown_noted(unknown: NDArray[np.bool_]) -> tuple[str, ...]:
     never = np.asarray(unknown.all(axis=0))
     notes = []
     if never.any():
-        notes.append(f"{never_known(never).capitalize()}: what was asked of a thruster there is unknown.")
+        are = "is" if np.count_nonzero(never) == 1 else "are"
+        notes.append(
+            f"{_named(never).capitalize()} {are} no number all the dive: what was asked of a thruster is unknown."
+        )
     rows = np.count_nonzero((unknown & ~never).any(axis=1))
     if rows:
         share = f"({percent(rows / len(unknown))} %)"
@@ -223,11 +226,6 @@ def _unknown_noted(unknown: NDArray[np.bool_]) -> tuple[str, ...]:
 def percent(share: float) -> str:
     """A share above 0 in per cent, never written as 0.0."""
     return f"{100 * share:.1f}" if share >= 5e-4 else "less than 0.1"
-
-
-def never_known(never: NDArray[np.bool_]) -> str:
-    """Describe outputs (n,) that are never a number: `output 2 is no number all the dive`."""
-    return f"{_named(never)} {'is' if np.count_nonzero(never) == 1 else 'are'} no number all the dive"
 
 
 def _named(which: NDArray[np.bool_]) -> str:

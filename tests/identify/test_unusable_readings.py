@@ -27,7 +27,7 @@ from identify.estimators.answer import answered
 from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.fit import fit_axes
-from identify.ingest.commands import held_commands, with_known_commands
+from identify.ingest.commands import with_known_commands
 from identify.ingest.files.text_table import read_table
 from identify.ingest.mapping.column_map import column_map
 from identify.ingest.mapping.profiles import profiles
@@ -66,29 +66,25 @@ def test_a_few_commands_that_are_no_number_leave_the_mass_right_and_are_told():
     assert mass.value == pytest.approx(closed_loop.MASS, rel=0.05)
 
 
-def test_an_unknown_stretch_without_tau_cmd_leaves_the_longest_known_part():
+def test_an_unknown_stretch_leaves_the_longest_known_part():
     dive = by_pulses()
     time_s = dive.pwm.time_s
     cleaned = with_known_commands(unknown(dive, (time_s > 79.95) & (time_s < 85.0)))
     assert np.isfinite(cleaned.pwm.value).all()
     assert cleaned.span_s[0] == pytest.approx(85.0)
     assert cleaned.notes[-1].startswith(
-        "Before its first number, or for more than 0.5 s, the command in output 1 is unknown, and no TAU_CMD is "
+        "Before its first number, or for more than 0.5 s, the command in output 1 is unknown: only the longest part "
     )
-    assert "only the longest part in which all are known is used, 115 s of 200 s" in cleaned.notes[-1]
+    assert "in which all are known is used, 115 s of 200 s" in cleaned.notes[-1]
 
 
 def test_an_output_that_is_no_number_all_the_dive_is_named_and_nothing_is_cut():
     dive = by_pulses()
     never = unknown(dive, np.ones(len(dive.pwm), bool))
     cleaned = with_known_commands(never)
-    assert cleaned.notes == (
-        "Output 1 is no number all the dive: what was asked of a thruster there is unknown.",
-    )
+    assert cleaned.notes == ("Output 1 is no number all the dive: what was asked of a thruster is unknown.",)
     assert cleaned.duration_s == never.duration_s
-    with pytest.raises(
-        FitError, match="tell no wrench, as output 1 is no number all the dive; check what sends"
-    ):
+    with pytest.raises(FitError, match="neither thruster commands that fit the vehicle nor wrenches"):
         wrench(cleaned, FILE, "only")
     tau = Signal(dive.pwm.time_s, np.zeros((len(dive.pwm), 6)))
     assert wrench(replace(cleaned, tau_cmd=tau), FILE, "only").asked == pytest.approx(0.0)
@@ -104,8 +100,8 @@ def test_outputs_that_drive_no_thruster_may_be_unknown():
 def test_a_command_holds_for_so_long_and_no_longer():
     time_s = np.array([0.0, 0.2, 0.5, 1.0, 1.4, 2.0])
     value = np.array([1600.0, np.nan, 1700.0, 1650.0, np.nan, 1550.0])
-    held = held_commands(Signal(time_s, value[:, None])).value[:, 0]
-    assert held == pytest.approx([1600.0, 1600.0, 1700.0, 1650.0, np.nan, 1550.0], nan_ok=True)
+    cleaned = with_known_commands(Dive("d", Path("d"), "", pwm=Signal(time_s, value[:, None])))
+    assert cleaned.pwm.value[:, 0].tolist() == [1600.0, 1600.0, 1700.0, 1650.0]
 
 
 @pytest.mark.parametrize("wild", [1e30, -25.0, np.inf])
