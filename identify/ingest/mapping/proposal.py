@@ -11,8 +11,7 @@ from bridge.errors import LogError
 from identify.checks.mapping.first_mapping import mends
 from identify.checks.mapping.frames import EAST_FIRST, UP, earth_mends
 from identify.checks.mapping.mend import FLU, Mend
-from identify.checks.sensors.correlation import CLEAR, Match
-from identify.checks.sensors.sensor_pairs import agreeing, turn_match
+from identify.checks.sensors.sensor_pairs import CLEAR, Match, agreeing, turn_match
 from identify.dive import Dive
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.mapping.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
