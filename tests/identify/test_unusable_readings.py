@@ -7,6 +7,7 @@ from pathlib import Path
 import closed_loop
 import numpy as np
 import pytest
+from built_recordings import of_table
 from fakes.planted import quiet
 from fakes.shared import shared
 
@@ -378,10 +379,7 @@ def test_a_recording_of_a_dvl_that_repeats_is_read_once_each(tmp_path):
         "t,u,v,w",
         *(f"{0.1 * i:.1f},{v[0]},{v[1]},{v[2]}" for i, v in enumerate(measured(60).repeat(2, 0))),
     ]
-    table, columns = tmp_path / "dvl.csv", tmp_path / "columns.yaml"
-    table.write_text("\n".join(rows), encoding="utf-8")
-    columns.write_text(COLUMNS, encoding="utf-8")
-    recorded = read_dive(table, columns)
+    recorded = of_table(tmp_path, "\n".join(rows), COLUMNS)
     assert len(recorded.velocity) == 60
     assert any("comes 2 times over" in note for note in recorded.notes)
 
@@ -445,14 +443,11 @@ def test_a_signal_that_now_and_then_repeats_a_reading_right_behind_it_keeps_both
 def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_shown_at_its_mean_rate(tmp_path):
     depth = sent_by(3).depth
     rows = [f"{t:.6f},{z:.6f}" for t, z in zip(depth.time_s, depth.value[:, 0], strict=True)]
-    table, columns = tmp_path / "depth.csv", tmp_path / "columns.yaml"
-    table.write_text("\n".join(["t,z", *rows]), encoding="utf-8")
-    columns.write_text("time: {column: t, unit: s}\ndepth: {columns: [z], unit: m}\n", encoding="utf-8")
-    assert len(read_dive(table, columns).depth) == 200
-    shown = {
-        profile.name: profile.rate_hz for profile in profiles(read_table(table).streams, column_map(columns))
-    }
-    assert shown["z"] == pytest.approx(6.0, rel=0.02)
+    columns = "time: {column: t, unit: s}\ndepth: {columns: [z], unit: m}\n"
+    dive = of_table(tmp_path, "\n".join(["t,z", *rows]), columns)
+    assert len(dive.depth) == 200
+    _, shown = profiles(read_table(dive.source).streams, column_map(tmp_path / "columns.yaml"))
+    assert shown.rate_hz == pytest.approx(6.0, rel=0.02)
 
 
 TWENTY_HZ_S = np.arange(0.0, 60.0, 0.05)
