@@ -11,7 +11,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import FitError
-from bridge.vehicle.config import Vehicle, VehicleFile
+from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import attitude_at
 from identify.thrust.wrench import wrench
@@ -62,7 +62,7 @@ def derivative(value: Array, rate_hz: float) -> Array:
 
 def aligned(
     dive: Dive,
-    vehicle: Vehicle | VehicleFile,
+    file: VehicleFile,
     configuration_name: str,
     rate_hz: float = 10.0,
     cutoff_hz: float = 1.0,
@@ -73,7 +73,7 @@ def aligned(
     the FOG if there is one, otherwise from the gyro. Unmeasured components are zero, and `has` marks them. Raises
     FitError if velocity, rates or forces are missing or overlap for less than 20 s, or if commands are rare.
     """
-    forces = wrench(dive, vehicle, configuration_name)
+    forces = wrench(dive, file, configuration_name)
     measured = [s for s in (dive.velocity, dive.gyro, dive.fog) if s is not None and len(s) > 1]
     if not measured:
         raise FitError(
@@ -100,8 +100,7 @@ def aligned(
     time_s = start + np.arange(int((end - start) * rate_hz) + 1) / rate_hz
     rates = _rates(dive, time_s)
     at_transducer, valid = _velocity(dive, time_s)
-    plain = vehicle.vehicle if isinstance(vehicle, VehicleFile) else vehicle
-    dvl = plain.sensors.dvl
+    dvl = file.vehicle.sensors.dvl
     arm = np.zeros(3) if dvl is None else np.asarray(dvl.mounting.position_m)
     nu = np.column_stack((at_transducer - np.cross(rates, arm), rates))
     half = 0.5 / rate_hz

@@ -8,7 +8,7 @@ result is computed by its first caller and kept only while somebody holds it.
 
 import os
 from collections import defaultdict, deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextvars import copy_context
 from functools import cache
@@ -137,17 +137,6 @@ def both(work: Callable[[], T], other: Callable[[], R]) -> tuple[T, R]:
     works = (lambda: first.append(work()), lambda: second.append(other()))
     side_by_side(lambda k: works[k](), range(2))
     return first[0], second[0]
-
-
-def together(works: Sequence[Callable[[], T]]) -> tuple[T, ...]:
-    """Return the results of `works` (at least one), in order; raise an error that any of them raised.
-
-    The last runs in the calling thread, which receives an interrupt: put the longest last.
-    """
-    with ThreadPoolExecutor(max_workers=len(works)) as pool:
-        started = [pool.submit(work) for work in works[:-1]]
-        last = works[-1]()
-        return (*(future.result() for future in started), last)
 
 
 class Shared(Generic[T]):

@@ -1,7 +1,7 @@
 """A vehicle that turns, recorded by two recorders with clocks of their own: a `.tlog` and a `.BIN`."""
 
 import struct
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Final
 
@@ -10,19 +10,34 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.wire.framing import Encoder
 
-MAGIC: Final = b"\xa3\x95"
 UNIX_S: Final = 1_790_000_000.0
-KINDS: Final = {
-    "ATT": (1, "QccC", "TimeUS,Roll,Pitch,Yaw"),
-    "IMU": (2, "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
-    "RCOU": (3, "QHHHH", "TimeUS,C1,C2,C3,C4"),
-    "PARM": (4, "QNf", "TimeUS,Name,Value"),
-    "CTUN": (5, "Qf", "TimeUS,Alt"),
-    "BARO": (6, "QBf", "TimeUS,I,Press"),
+FORMATS: Final = {
+    "ATT": ("QccC", "TimeUS,Roll,Pitch,Yaw"),
+    "IMU": ("QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ"),
+    "RCOU": ("QHHHH", "TimeUS,C1,C2,C3,C4"),
+    "PARM": ("QNf", "TimeUS,Name,Value"),
+    "CTUN": ("Qf", "TimeUS,Alt"),
+    "BARO": ("QBf", "TimeUS,I,Press"),
 }
+"""Letters and columns of the records of a `.BIN`."""
+PACKED: Final = {"c": "h", "C": "H", "L": "i", "N": "16s", "n": "4s", "Z": "64s"}
+"""How a value is packed where its letter in a log is not Python's."""
 LATE_S: Final = 2**0.5 / (2 * np.pi * 20.0)
 """Delay of ArduPilot's low-pass filter of the gyro at its usual corner, 20 Hz."""
-SIZES: Final = {"Q": 8, "c": 2, "C": 2, "B": 1, "f": 4, "H": 2, "N": 16, "n": 4, "Z": 64}
+
+
+def dataflash(formats: dict[str, tuple[str, str]], records: Iterable[tuple[Any, ...]]) -> bytes:
+    """A `.BIN` of these formats and records, each a name and its values."""
+    data, kinds = bytearray(), {}
+    for kind, (name, (letters, columns)) in enumerate(formats.items(), 1):
+        layout = struct.Struct("<3B" + "".join(PACKED.get(letter, letter) for letter in letters))
+        words = (word.encode() for word in (name, letters, columns))
+        data += struct.pack("<5B4s16s64s", 0xA3, 0x95, 0x80, kind, layout.size, *words)
+        kinds[name] = kind, layout
+    for name, *values in records:
+        kind, layout = kinds[name]
+        data += layout.pack(0xA3, 0x95, kind, *values)
+    return bytes(data)
 
 
 class Turning:
@@ -87,23 +102,16 @@ def logged(
     The rates come out of the autopilot's filter, whose corner is among its parameters.
     """
     parameters = {"INS_GYRO_FILTER": 20.0} | (parameters or {})
-    data, rng = bytearray(), np.random.default_rng(9)
-    for name, (kind, letters, columns) in KINDS.items():
-        length = 3 + sum(SIZES[letter] for letter in letters)
-        head = struct.pack("<BB4s16s64s", kind, length, name.encode(), letters.encode(), columns.encode())
-        data += MAGIC + b"\x80" + head
-    for name, value in parameters.items():
-        data += MAGIC + b"\x04" + struct.pack("<Q16sf", 1, name.encode(), value)
+    records: list[tuple[Any, ...]] = [("PARM", 1, name.encode(), value) for name, value in parameters.items()]
     every_s = start_s + np.arange(round(25 * seconds)) / 25
-    rates = rng.normal(0.0, noise_rad_s, (len(every_s), 3))
+    rates = np.random.default_rng(9).normal(0.0, noise_rad_s, (len(every_s), 3))
     rates[:, 2] += turning.rate_rad_s(every_s - LATE_S)
     for boot_s, rate, pulse_us in zip(every_s.tolist(), rates, turning.pwm_us(every_s), strict=True):
         us = round(clock(boot_s) * 1e6)
-        data += MAGIC + b"\x02" + struct.pack("<QB6f", us, 0, *rate, 0.0, 0.0, -9.81)
-        data += MAGIC + b"\x03" + struct.pack("<Q4H", us, pulse_us, 1500, 1500, 1500)
+        records.append(("IMU", us, 0, *rate, 0.0, 0.0, -9.81))
+        records.append(("RCOU", us, pulse_us, 1500, 1500, 1500))
         if sinks:
-            deep_m = 0.01 * boot_s
-            data += MAGIC + b"\x05" + struct.pack("<Qf", us, -deep_m)
-            data += MAGIC + b"\x06" + struct.pack("<QBf", us, 0, 101_325.0 + 9810.0 * deep_m)
-    path.write_bytes(data)
+            records.append(("CTUN", us, -0.01 * boot_s))
+            records.append(("BARO", us, 0, 101_325.0 + 9810.0 * (0.01 * boot_s)))
+    path.write_bytes(dataflash(FORMATS, records))
     return path

@@ -1,8 +1,9 @@
-"""Handles thruster commands that are not a number in the recording, so that the thruster's action is unknown.
+"""Handles thruster commands by how they were recorded: unknown, seldom, or in a form that the vehicle has to tell.
 
-For up to HELD_S the last known command is assumed to hold. If the command is unknown for longer, TAU_CMD replaces the
-thrust (see `identify.thrust`). Without TAU_CMD the force on the vehicle is unknown, and only the longest part of the
-dive in which all commands are known is used.
+Of a command that is not a number, the thruster's action is unknown. For up to HELD_S the last known command is assumed
+to hold. If the command is unknown for longer, the force on the vehicle is unknown, and only the longest part of the
+dive in which all commands are known is used. Where the command of an output is never known, TAU_CMD replaces the thrust
+(see `identify.thrust`).
 
 The way of logging decides what is known between two messages. If commands are logged as they change, each holds until
 the next. If the commands of a fast loop are sampled slowly, it is unknown when they changed in between.
@@ -14,6 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
+from bridge.errors import LogError
+from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.thrusters import thrust_by_shaft, thrust_curve
 from identify.dive import Dive, Signal
 from identify.words import listed
 
@@ -48,6 +52,9 @@ SAMPLES_HZ = 40.0
 """Pulses at this rate or faster are an autopilot's samples of its loop. Slower ones may be all that a loop gave."""
 
 Span = tuple[float, float]
+
+MOST_EFFORT = 1.05
+"""A command a little beyond full is a controller's that does not limit itself."""
 
 
 def driven_outputs(time_s: Array, pwm_us: Array) -> Signal | None:
@@ -164,7 +171,7 @@ def with_spread_commands(dive: Dive) -> Dive:
     )
 
 
-def held_commands(pwm: Signal) -> Signal:
+def _held_commands(pwm: Signal) -> Signal:
     """The commands (n, thrusters), with gaps of at most HELD_S filled by the last known command."""
     value = pwm.value.copy()
     for column in value.T:
@@ -188,19 +195,19 @@ def with_known_commands(dive: Dive, thrusters: int | None = None) -> Dive:
     unknown = ~np.isfinite(counted.value)
     if not unknown.any():
         return dive
-    held = held_commands(commands)
+    held = _held_commands(commands)
     lacks = ~np.isfinite(held.value[:, :thrusters])
     noted = replace(dive, notes=dive.notes + _unknown_noted(unknown))
     noted = replace(noted, thrust_cmd=held) if dive.pwm is None else replace(noted, pwm=held)
-    if not lacks.any() or lacks.any(axis=1).all() or (dive.tau_cmd is not None and len(dive.tau_cmd)):
+    if not lacks.any() or lacks.any(axis=1).all():
         return noted
     outputs = _named(np.asarray(lacks.any(axis=0)))
     start_s, end_s = _longest(held.time_s, np.asarray(lacks.any(axis=1)), dive.span_s)
     digits = 0 if dive.duration_s - (end_s - start_s) >= 1.0 else 2
     note = (
-        f"Before its first number, or for more than {HELD_S:g} s, the command in {outputs} is unknown, and no TAU_CMD "
-        "is recorded that tells the wrench meanwhile: only the longest part in which all are known is used, "
-        f"{end_s - start_s:.{digits}f} s of {dive.duration_s:.{digits}f} s; check what sends the thruster commands."
+        f"Before its first number, or for more than {HELD_S:g} s, the command in {outputs} is unknown: only the "
+        f"longest part in which all are known is used, {end_s - start_s:.{digits}f} s of "
+        f"{dive.duration_s:.{digits}f} s; check what sends the thruster commands."
     )
     return replace(noted.between(start_s, end_s), notes=(*noted.notes, note))
 
@@ -210,7 +217,10 @@ def _unknown_noted(unknown: NDArray[np.bool_]) -> tuple[str, ...]:
     never = np.asarray(unknown.all(axis=0))
     notes = []
     if never.any():
-        notes.append(f"{never_known(never).capitalize()}: what was asked of a thruster there is unknown.")
+        are = "is" if np.count_nonzero(never) == 1 else "are"
+        notes.append(
+            f"{_named(never).capitalize()} {are} no number all the dive: what was asked of a thruster is unknown."
+        )
     rows = np.count_nonzero((unknown & ~never).any(axis=1))
     if rows:
         share = f"({percent(rows / len(unknown))} %)"
@@ -223,11 +233,6 @@ def _unknown_noted(unknown: NDArray[np.bool_]) -> tuple[str, ...]:
 def percent(share: float) -> str:
     """A share above 0 in per cent, never written as 0.0."""
     return f"{100 * share:.1f}" if share >= 5e-4 else "less than 0.1"
-
-
-def never_known(never: NDArray[np.bool_]) -> str:
-    """Describe outputs (n,) that are never a number: `output 2 is no number all the dive`."""
-    return f"{_named(never)} {'is' if np.count_nonzero(never) == 1 else 'are'} no number all the dive"
 
 
 def _named(which: NDArray[np.bool_]) -> str:
@@ -245,3 +250,40 @@ def _longest(time_s: NDArray[np.float64], lacking: NDArray[np.bool_], span_s: Sp
     ends_s = np.append(time_s, np.nextafter(span_s[1], np.inf))[edges[1::2]]
     longest = np.argmax(ends_s - starts_s)
     return float(starts_s[longest]), float(ends_s[longest])
+
+
+def with_pulses(dive: Dive, vehicle: VehicleFile) -> Dive:
+    """The dive with pulses in place of commands from -1 to 1: 0 is neutral, 1 and -1 are the ends of the thrust curve.
+    Where nothing but the shafts' speeds was recorded, it gets their thrust.
+
+    Raises LogError for commands beyond that, ConfigError for a thrust table that can't be read.
+    """
+    effort = dive.effort
+    if effort is None:
+        return _with_thrust_of_shafts(dive, vehicle)
+    largest = float(np.nanmax(np.abs(effort.value), initial=0.0))
+    if largest > MOST_EFFORT:
+        raise LogError(
+            f"its normalised thruster commands reach {largest:.4g}, and they lie within -1 to 1; give "
+            "them their unit in the column map, or a scale (0.01 for per cent)",
+            dive.source,
+        )
+    curve = thrust_curve(vehicle.vehicle.thrust_curve, vehicle.path.parent)
+    astern_us, ahead_us = curve.ends_us
+    value = np.clip(effort.value, -1.0, 1.0)
+    span_us = np.where(value < 0, curve.neutral_us - astern_us, ahead_us - curve.neutral_us)
+    return replace(dive, pwm=Signal(effort.time_s, curve.neutral_us + value * span_us), effort=None)
+
+
+def _with_thrust_of_shafts(dive: Dive, vehicle: VehicleFile) -> Dive:
+    rpm = dive.rpm
+    if rpm is None or dive.thruster_commands is not None or dive.tau_cmd is not None:
+        return dive
+    curve = vehicle.vehicle.thrust_curve
+    lagging = f", and lag_s: 0, as a measured speed has no lag of {curve.lag_s:g} s" if curve.lag_s else ""
+    note = (
+        "No thruster command is recorded: the thrust is that of the shafts' speeds, by forward_n_s2 and reverse_n_s2 "
+        f"of the vehicle file's thrust_curve; check these{lagging}."
+    )
+    thrust = Signal(rpm.time_s, thrust_by_shaft(curve, rpm.value))
+    return replace(dive, thrust_cmd=thrust, notes=(*dive.notes, note))

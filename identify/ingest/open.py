@@ -22,7 +22,7 @@ from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import refuse_years, without_impossible, without_repeated
 from identify.checks.readings.missing_signals import missing_signals
 from identify.dive import Dive, Kind, Note, Signal
-from identify.ingest.commands import with_known_commands, with_spread_commands
+from identify.ingest.commands import with_known_commands, with_pulses, with_spread_commands
 from identify.ingest.files.arrays import read_npz
 from identify.ingest.files.matlab import read_matlab
 from identify.ingest.files.parquet import read_parquet
@@ -31,7 +31,6 @@ from identify.ingest.files.streams import Streams, some_of
 from identify.ingest.files.text_table import TABLES, read_table
 from identify.ingest.files.ulog import read_ulog
 from identify.ingest.mapping.column_map import ColumnMap, RunColumn, column_map
-from identify.ingest.mapping.effort import with_pulses
 from identify.ingest.mapping.signals import dive_fields
 from identify.ingest.mavlink.autopilot_log import logs_beside, with_logs
 from identify.ingest.mavlink.dataflash import read_dataflash

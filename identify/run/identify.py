@@ -21,7 +21,7 @@ from identify.estimators.comparison import Comparison, compare, doubted
 from identify.estimators.table import OF_QUADRATIC, SIDE_BY_SIDE, Estimator, estimator
 from identify.identification import Identification, added_mass, estimate
 from identify.progress import NO_VALUES, Step, Steps, Values, ignore_step
-from identify.threads import together
+from identify.threads import side_by_side
 from identify.words import capital
 
 ANSWERED = "answered"
@@ -64,7 +64,7 @@ def identify(
         partial(_answer, dive, file, configuration_name, name, estimate_by, progress)
         for name, estimate_by in chosen.items()
     ]
-    first, *others = together(works)
+    first, *others = side_by_side(lambda work: work(), works)
     priors = file.vehicle.configurations[configuration_name].priors
     comparisons = tuple(compare(first, other, priors) for other in others)
     return Identified(dive, file, doubted(comparisons[0]) if comparisons else first, comparisons)

@@ -1,11 +1,9 @@
 """What rounding thruster commands to whole microseconds hides, and the likeliest wrench behind it."""
 
-from pathlib import Path
-
 import numpy as np
 
 from bridge.arrays import Array
-from bridge.vehicle.config import Vehicle, VehicleFile
+from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
 from identify.statistics import bulk_std
@@ -20,37 +18,34 @@ LAST = 9
 def unrounded_thrusts(asked: Signal, dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
     """Return each thruster's commanded thrust (n, k), corrected by the smallest change that gives the most likely
     wrench behind the rounded wrench (`unrounded`)."""
-    variance = hidden_by_rounding(dive, file.vehicle, file.path.parent, configuration_name)
+    variance = hidden_by_rounding(dive, file, configuration_name)
     allocation = allocation_matrix(file.vehicle.configurations[configuration_name])
     rounded = Signal(asked.time_s, asked.value @ allocation.T)
     change = unrounded_by_run(rounded, variance, dive.breaks_s) - rounded.value
     return Signal(asked.time_s, asked.value + change @ np.linalg.pinv(allocation).T)
 
 
-def hidden_by_rounding(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
-    """Variance (n, 6) of the part of each command's wrench that rounding to whole microseconds hides. Zero if the
-    commanded wrench is recorded too, because the readings that it responds to are then recorded as well."""
-    commands = dive.thruster_commands
-    if dive.pwm is None or (dive.tau_cmd is not None and len(dive.tau_cmd)):
-        return np.zeros((0 if commands is None else len(commands), 6))
-    return _rounding(dive.pwm, vehicle, directory, configuration_name)
+def hidden_by_rounding(dive: Dive, file: VehicleFile, configuration_name: str) -> Array:
+    """Variance (n, 6) of the part of each command's wrench that rounding to whole microseconds hides: a uniform error
+    of one microsecond through the slope of the thrust curve.
 
-
-def _rounding(pwm: Signal, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
-    """Variance (n, 6) of the part of each command's wrench that rounding hides: a uniform error of one microsecond
-    through the slope of the thrust curve. Zero if pulses are not rounded."""
-    configuration = vehicle.configurations[configuration_name]
-    pulses = pwm.value[:, : len(configuration.thrusters)]
+    Zero if pulses are not rounded, and if the commanded wrench is recorded too, because the readings that it responds
+    to are then recorded as well.
+    """
+    commands, configuration = dive.thruster_commands, file.vehicle.configurations[configuration_name]
+    count = 0 if commands is None else len(commands)
+    if dive.pwm is None or count < 2 or (dive.tau_cmd is not None and len(dive.tau_cmd)):
+        return np.zeros((count, 6))
+    pulses = dive.pwm.value[:, : len(configuration.thrusters)]
     known = np.isfinite(pulses)
-    if len(pwm) < 2 or not np.array_equal(pulses[known], np.round(pulses[known])):
-        return np.zeros((len(pwm), 6))
-    slope = thrust_slope(pulses, vehicle, directory)
-    return np.asarray(slope**2 / 12.0 @ (allocation_matrix(configuration) ** 2).T)
+    if not np.array_equal(pulses[known], np.round(pulses[known])):
+        return np.zeros((count, 6))
+    return np.asarray(thrust_slope(pulses, file) ** 2 / 12.0 @ (allocation_matrix(configuration) ** 2).T)
 
 
-def thrust_slope(pulses_us: Array, vehicle: Vehicle, directory: Path) -> Array:
+def thrust_slope(pulses_us: Array, file: VehicleFile) -> Array:
     """Slope (n, k) of the thrust curve at pulses (n, k), N per us; at rest for no pulse or no number."""
-    curve = thrust_curve(vehicle.thrust_curve, directory)
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     sent = np.where(np.isfinite(pulses_us) & (pulses_us > 0), pulses_us, curve.neutral_us)
     return np.asarray(0.5 * (curve.thrust(sent + 1.0) - curve.thrust(sent - 1.0)))
 

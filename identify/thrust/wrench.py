@@ -6,19 +6,17 @@ from the true commands is modelled as a white force.
 """
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
-from bridge.vehicle.config import CONFIGS, Configuration, ThrustCurve, Vehicle, VehicleFile
+from bridge.vehicle.config import Configuration, ThrustCurve, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Dive, Signal
-from identify.ingest.commands import held_commands, never_known, sampled_seldom, unknown_between
+from identify.ingest.commands import sampled_seldom, unknown_between
 from identify.thrust.pwm_rounding import hidden_by_rounding, thrust_slope, unrounded_by_run
 from identify.thrust.wrench_history import (
     BETWEEN,
@@ -42,39 +40,35 @@ MOST_BELOW = 0.05
 """Share of the pulses of one-way thrusters that may change far below neutral: a controller asks for none of them."""
 
 
-def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) -> WrenchHistory:
+def wrench(dive: Dive, file: VehicleFile, configuration_name: str) -> WrenchHistory:
     """Return the wrench that the thrusters of a configuration made during a dive.
 
-    The wrench comes from PWM if the recording has an output for every thruster, otherwise from TAU_CMD. A thrust
-    table next to the vehicle file is found only if `vehicle` is a VehicleFile. Raises FitError if the recording has
-    neither, or pulses at which the thrust curve gives no thrust; ConfigError for a thrust table that can't be read.
+    The wrench comes from PWM if the recording has an output for every thruster, otherwise from TAU_CMD. Raises FitError
+    if the recording has neither, or pulses at which the thrust curve gives no thrust; ConfigError for a thrust table
+    that can't be read.
     """
-    if isinstance(vehicle, VehicleFile):
-        directory, vehicle = vehicle.path.parent, vehicle.vehicle
-    else:
-        directory = CONFIGS / "thrusters"
     commanded = dive.tau_cmd if dive.tau_cmd is not None and len(dive.tau_cmd) else None
-    from_pwm, notes = _asked_by_pwm(dive, vehicle, directory, configuration_name, commanded)
-    curve, breaks_s = vehicle.thrust_curve, dive.breaks_s
+    from_pwm, notes = _asked_by_pwm(dive, file, configuration_name)
+    curve, breaks_s = file.vehicle.thrust_curve, dive.breaks_s
     if from_pwm is not None and dive.thruster_commands is not None:
         if commanded is not None:
             notes += _said_of(from_pwm, commanded)
-        variance = hidden_by_rounding(dive, vehicle, directory, configuration_name)
+        variance = hidden_by_rounding(dive, file, configuration_name)
         held_s = 1.0 / max(from_pwm.rate_hz, 1e-3)
         rounded = variance.mean(axis=0) * held_s
         if unknown_between(dive, dive.thruster_commands):
             straight = evenly_between(from_pwm)
-            bent = _bent_between(dive, vehicle, directory, configuration_name)
+            bent = _bent_between(dive, file, configuration_name)
             between = Signal(straight.time_s, straight.value + bent)
             return _sampled(from_pwm, between, curve, "pwm", notes, rounded, breaks_s)
         likeliest = Signal(from_pwm.time_s, unrounded_by_run(from_pwm, variance, breaks_s))
         history = history_of(likeliest, curve, "pwm", notes, breaks_s)
-        hidden = np.sqrt(rounded + _reckoned(dive, vehicle, directory, configuration_name))
+        hidden = np.sqrt(rounded + _reckoned(dive, file, configuration_name))
         reckoned = dive.reckoned
         unknown_s = reckoned.unknown_s if reckoned is not None and not reckoned.tells_timing else 0.0
         return replace(history, hidden=hidden, sampled_s=unknown_s)
     commanded_count = 0 if dive.thruster_commands is None else dive.thruster_commands.value.shape[1]
-    count = len(vehicle.configurations[configuration_name].thrusters)
+    count = len(file.vehicle.configurations[configuration_name].thrusters)
     if commanded is None and 0 < commanded_count < count:
         raise FitError(
             f"has commands of {commanded_count} thrusters, and the vehicle file has {count} in configuration "
@@ -94,11 +88,11 @@ def wrench(dive: Dive, vehicle: Vehicle | VehicleFile, configuration_name: str) 
 
 
 def tells_thrusters(dive: Dive, configuration: Configuration) -> bool:
-    """Whether a recording has an output for every thruster of a configuration, each a number at some time."""
+    """Whether a recording has an output for every thruster of a configuration, all of them numbers at some time."""
     commands, thrusters = dive.thruster_commands, len(configuration.thrusters)
     if commands is None or not len(commands) or not 0 < thrusters <= commands.value.shape[1]:
         return False
-    return bool(np.isfinite(commands.value[:, :thrusters]).any(axis=0).all())
+    return bool(np.isfinite(commands.value[:, :thrusters]).all(axis=1).any())
 
 
 def asked_thrusts(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
@@ -106,7 +100,7 @@ def asked_thrusts(dive: Dive, file: VehicleFile, configuration_name: str) -> Sig
     commands = dive.thruster_commands
     assert commands is not None
     value = commands.value[:, : len(file.vehicle.configurations[configuration_name].thrusters)]
-    return Signal(commands.time_s, _thrust_n(dive, value, file.vehicle, file.path.parent))
+    return Signal(commands.time_s, _thrust_n(dive, value, file))
 
 
 def thrusts_between(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
@@ -115,48 +109,34 @@ def thrusts_between(dive: Dive, file: VehicleFile, configuration_name: str) -> S
     Its pulse changes evenly, for mixers add up pulses, and the thrust curve bends the result. Where the pulses
     jump they do so at an unknown time, and the mean thrust is halfway.
     """
-    commands = dive.thruster_commands
-    assert commands is not None
-    count = len(file.vehicle.configurations[configuration_name].thrusters)
-    return _between(dive, commands.value[:, :count], file.vehicle, file.path.parent)
-
-
-def _between(dive: Dive, commands: Array, vehicle: Vehicle, directory: Path) -> Signal:
-    """As `thrusts_between`, of commands (n, k)."""
-    assert dive.thruster_commands is not None
-    time_s = dive.thruster_commands.time_s
-    straight = evenly_between(Signal(time_s, _thrust_n(dive, commands, vehicle, directory)))
+    straight = evenly_between(asked_thrusts(dive, file, configuration_name))
     if dive.pwm is None:
         return straight
-    sent = np.where(commands > 0, commands, vehicle.thrust_curve.neutral_us)
-    even = evenly_between(Signal(time_s, sent))
-    bent = _thrust_n(dive, even.value, vehicle, directory)
+    pulses = dive.pwm.value[:, : straight.value.shape[1]]
+    sent = np.where(pulses > 0, pulses, file.vehicle.thrust_curve.neutral_us)
+    bent = _thrust_n(dive, evenly_between(Signal(dive.pwm.time_s, sent)).value, file)
     jumps = np.append(np.repeat(is_jump(sent), BETWEEN), True)
     return Signal(straight.time_s, np.where(jumps[:, None], straight.value, bent))
 
 
-def _bent_between(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
+def _bent_between(dive: Dive, file: VehicleFile, configuration_name: str) -> Array:
     """Wrench (n, 6) between slow samples of the commands, beyond that of thrust which changes evenly."""
-    configuration = vehicle.configurations[configuration_name]
-    commands = dive.thruster_commands
-    assert commands is not None
-    held = held_commands(Signal(commands.time_s, commands.value[:, : len(configuration.thrusters)])).value
-    straight = evenly_between(Signal(commands.time_s, _thrust_n(dive, held, vehicle, directory)))
-    bent = _between(dive, held, vehicle, directory).value - straight.value
-    return np.asarray(np.nan_to_num(bent) @ allocation_matrix(configuration).T)
+    straight = evenly_between(asked_thrusts(dive, file, configuration_name))
+    bent = thrusts_between(dive, file, configuration_name).value - straight.value
+    return np.asarray(bent @ allocation_matrix(file.vehicle.configurations[configuration_name]).T)
 
 
-def _thrust_n(dive: Dive, commands: Array, vehicle: Vehicle, directory: Path) -> Array:
+def _thrust_n(dive: Dive, commands: Array, file: VehicleFile) -> Array:
     """Thrust (n, k) of the dive's commands (n, k): a pulse through the curve, and none for no pulse or no number."""
     if dive.pwm is None:
         return np.nan_to_num(commands)
-    curve = thrust_curve(vehicle.thrust_curve, directory)
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     return curve.thrust(np.where(commands > 0, commands, curve.neutral_us))
 
 
-def _refuse_thrustless(dive: Dive, pulses_us: Array, vehicle: Vehicle, directory: Path) -> None:
+def _refuse_thrustless(dive: Dive, pulses_us: Array, file: VehicleFile) -> None:
     """Raise FitError if no pulse (n, k), far as they lie from neutral, gives any thrust by the vehicle's curve."""
-    curve = thrust_curve(vehicle.thrust_curve, directory)
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
     sent = pulses_us[pulses_us > 0]
     if not (np.abs(sent - curve.neutral_us) > BY_FAR_US).any() or curve.thrust(sent).any():
         return
@@ -169,9 +149,8 @@ def _refuse_thrustless(dive: Dive, pulses_us: Array, vehicle: Vehicle, directory
     )
 
 
-def _below_neutral(pulses_us: Array, vehicle: Vehicle) -> list[str]:
+def _below_neutral(pulses_us: Array, curve: ThrustCurve) -> list[str]:
     """A note on pulses (n, k) of one-way thrusters that change far below neutral, where their curve gives no thrust."""
-    curve = vehicle.thrust_curve
     sent = pulses_us[pulses_us > 0]
     below = sent[sent < curve.neutral_us - BY_FAR_US]
     if not curve.one_way or len(below) <= MOST_BELOW * len(sent) or np.ptp(below) <= BY_FAR_US:
@@ -219,7 +198,7 @@ def _sampled(
     return replace(history, hidden=hidden, hidden_power=by_mean, sampled_s=step_s, stepped=stepped)
 
 
-def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str) -> Array:
+def _reckoned(dive: Dive, file: VehicleFile, configuration_name: str) -> Array:
     """Power (6,) per 1/s of the force that reckoned pulses miss between their samples; 0 of recorded ones.
 
     A sample missed from both neighbours by a variance v lies amid two steps of a walk of variance 2 v a step, and one
@@ -227,9 +206,9 @@ def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name:
     """
     if dive.reckoned is None or dive.pwm is None:
         return np.zeros(6)
-    configuration = vehicle.configurations[configuration_name]
+    configuration = file.vehicle.configurations[configuration_name]
     count = len(configuration.thrusters)
-    slope = thrust_slope(dive.pwm.value[:, :count], vehicle, directory)
+    slope = thrust_slope(dive.pwm.value[:, :count], file)
     variance = (slope * np.array(dive.reckoned.error_us[:count])) ** 2 @ (
         allocation_matrix(configuration) ** 2
     ).T
@@ -237,16 +216,11 @@ def _reckoned(dive: Dive, vehicle: Vehicle, directory: Path, configuration_name:
 
 
 def _asked_by_pwm(
-    dive: Dive, vehicle: Vehicle, directory: Path, configuration_name: str, commanded: Signal | None
+    dive: Dive, file: VehicleFile, configuration_name: str
 ) -> tuple[Signal | None, tuple[str, ...]]:
     """Return the wrench that the outputs command, and notes about it; no wrench if the outputs don't fit the vehicle
-    file.
-
-    A command that is not a number takes the value of the command before it. If it stays unknown for longer than a
-    command holds, the wrench is TAU_CMD, if recorded. Raises FitError if a command is unknown throughout the dive and
-    no TAU_CMD is recorded.
-    """
-    configuration = vehicle.configurations[configuration_name]
+    file, or are never numbers."""
+    configuration = file.vehicle.configurations[configuration_name]
     thrusters = len(configuration.thrusters)
     commands = dive.thruster_commands
     if commands is None or len(commands) == 0:
@@ -256,44 +230,18 @@ def _asked_by_pwm(
     outputs = commands.value.shape[1]
     if outputs < thrusters:
         return None, (f"{outputs} thruster outputs are recorded, the vehicle file names {thrusters}.",)
-    time_s = commands.time_s
-    held = held_commands(Signal(time_s, commands.value[:, :thrusters])).value
+    if not tells_thrusters(dive, configuration):
+        return None, ("At no time are the commands of all thrusters numbers.",)
+    asked = asked_thrusts(dive, file, configuration_name)
     notes = []
-    unknown = ~np.isfinite(held)
-    silent: NDArray[np.bool_] = ~unknown & (held <= 0) & (dive.pwm is not None)
-    if silent.any():
-        rows = int(np.count_nonzero(silent.any(axis=1)))
-        notes.append(f"{_commands(rows, 'leave')} a thruster without a pulse: taken to be at rest.")
     if dive.pwm is not None:
-        _refuse_thrustless(dive, held, vehicle, directory)
-        notes += _below_neutral(held, vehicle)
-    asked: Array = _thrust_n(dive, held, vehicle, directory) @ allocation_matrix(configuration).T
-    if commanded is None and unknown.any(axis=1).all():
-        never = np.asarray(unknown.all(axis=0))
-        reason = never_known(never) if never.any() else "at no time are those of all thrusters numbers"
-        raise FitError(
-            f"the recorded thruster commands tell no wrench, as {reason}; check what sends them, or "
-            "record TAU_CMD",
-            of=dive.source,
-        )
-    if unknown.any():
-        stands_in = np.full(asked.shape, np.nan) if commanded is None else commanded.held_at(time_s)
-        by_controller = np.asarray(unknown.any(axis=1) & np.isfinite(stands_in).all(axis=1))
-        at_rest = unknown.any(axis=1) & ~by_controller
-        asked = np.where(by_controller[:, None], stands_in, asked)
-        notes += [
-            f"{_commands(count, 'lack')} a thruster for longer than it holds: {reason}."
-            for count, reason in (
-                (int(by_controller.sum()), "the wrench is TAU_CMD there"),
-                (int(at_rest.sum()), "it is taken to be at rest there"),
-            )
-            if count
-        ]
-    return Signal(time_s, asked), tuple(notes)
-
-
-def _commands(count: int, verb: str) -> str:
-    return f"1 command {verb}s" if count == 1 else f"{count} commands {verb}"
+        pulses_us = dive.pwm.value[:, :thrusters]
+        if rows := int(np.count_nonzero((pulses_us <= 0).any(axis=1))):
+            leave = "1 command leaves" if rows == 1 else f"{rows} commands leave"
+            notes.append(f"{leave} a thruster without a pulse: taken to be at rest.")
+        _refuse_thrustless(dive, pulses_us, file)
+        notes += _below_neutral(pulses_us, file.vehicle.thrust_curve)
+    return Signal(asked.time_s, asked.value @ allocation_matrix(configuration).T), tuple(notes)
 
 
 def obeyed_after_s(asked: Signal, commanded: Signal) -> float:

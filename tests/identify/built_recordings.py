@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
+from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Encoder
+from identify.dive import Dive
+from identify.ingest.open import read_dive
 
 BOOT_UNIX_S = 1_790_000_000.0
 NAN = float("nan")
@@ -92,6 +95,13 @@ def contract_dive(seconds: int = 10) -> list[Stamped]:
 def write(path: Path, data: bytes) -> Path:
     path.write_bytes(data)
     return path
+
+
+def of_table(folder: Path, rows: str | bytes, columns: str, vehicle: VehicleFile | None = None) -> Dive:
+    """The dive of a table and of a column map, both as they stand in their files."""
+    written = write(folder / "dive.csv", rows if isinstance(rows, bytes) else rows.encode())
+    (folder / "columns.yaml").write_text(columns)
+    return read_dive(written, folder / "columns.yaml", vehicle)
 
 
 def npz(tmp_path: Path, **arrays: Any) -> Path:

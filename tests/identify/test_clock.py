@@ -2,18 +2,17 @@
 
 import numpy as np
 import pytest
+from built_recordings import of_table
 
 from bridge.errors import LogError
 from identify.ingest.files.clock import iso_s, of_day_s, within_seconds
-from identify.ingest.open import date_of, read_dive
+from identify.ingest.open import date_of
 
 MAP = "time: {column: t, unit: %s}\ndepth: {columns: [z], unit: m}\n"
 
 
 def dive_of(tmp_path, text, unit):
-    (tmp_path / "dive.csv").write_text(text)
-    (tmp_path / "columns.yaml").write_text(MAP % unit)
-    return read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
+    return of_table(tmp_path, text, MAP % unit)
 
 
 @pytest.mark.parametrize(
@@ -106,13 +105,9 @@ def test_a_table_with_whole_seconds_loses_no_row_and_says_how_it_was_read(tmp_pa
 
 
 def test_rows_that_hold_a_part_of_a_sample_each_stay_one_sample(tmp_path):
-    (tmp_path / "columns.yaml").write_text(
-        "time: {column: t}\ndepth: {columns: [z], unit: m}\naltitude: {columns: [h], unit: m}\n"
-        "voltage: {columns: [v], unit: V}\n"
-    )
+    columns = MAP % "s" + "altitude: {columns: [h], unit: m}\nvoltage: {columns: [v], unit: V}\n"
     rows = "".join(f"{k},{k}.5,,\n{k},,{9 - k}.5,\n{k},,,12\n" for k in range(6))
-    (tmp_path / "dive.csv").write_text(f"t,z,h,v\n{rows}")
-    dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
+    dive = of_table(tmp_path, f"t,z,h,v\n{rows}", columns)
     assert dive.depth.time_s.tolist() == dive.altitude.time_s.tolist() == [0.0, 1.0, 2.0, 3.0, 4.0, 5.0]
 
 

@@ -5,12 +5,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from built_recordings import of_table
 
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import Configuration, ThrustCurve, Thruster, Vehicle, VehicleFile
 from identify.diagnose.filters.slow_samples import with_later_commands
 from identify.dive import Dive, Signal
-from identify.ingest.open import read_dive
 from identify.thrust.wrench import asked_thrusts, tells_thrusters, wrench
 
 AHEAD = Thruster((1.0, 0.0, 0.0), (0.0, 0.2, 0.0))
@@ -27,9 +27,7 @@ def vehicle_file(curve=TWO_WAY):
 
 
 def dive_of(tmp_path, cells, unit, file):
-    (tmp_path / "dive.csv").write_text(ROWS.format(*cells))
-    (tmp_path / "columns.yaml").write_text(MAP % unit)
-    return read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml", file)
+    return of_table(tmp_path, ROWS.format(*cells), MAP % unit, file)
 
 
 @pytest.mark.parametrize(
@@ -53,10 +51,9 @@ def test_the_same_thrust_is_the_same_wrench_however_it_is_stated(tmp_path, cells
 
 
 def test_shaft_speeds_alone_give_the_thrust_and_it_is_said(tmp_path):
-    (tmp_path / "dive.csv").write_text(ROWS.format(600, 0, 0, -600))
-    (tmp_path / "columns.yaml").write_text("time: {column: t}\nrpm: {columns: [a, b], unit: rpm}\n")
     file = vehicle_file(replace(TWO_WAY, forward_n_s2=0.1, reverse_n_s2=0.08, lag_s=0.2))
-    dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml", file)
+    columns = "time: {column: t}\nrpm: {columns: [a, b], unit: rpm}\n"
+    dive = of_table(tmp_path, ROWS.format(600, 0, 0, -600), columns, file)
     np.testing.assert_allclose(wrench(dive, file, "only").asked[:2, [0, 2, 5]], [[10, 0, -2], [0, 8, 0]])
     assert dive.notes[0] == (
         "No thruster command is recorded: the thrust is that of the shafts' speeds, by forward_n_s2 and reverse_n_s2 "
@@ -117,10 +114,7 @@ def test_pulses_that_change_below_the_neutral_of_one_way_thrusters_are_told():
 
 
 def test_a_command_in_newtons_that_is_missing_holds_for_a_moment(tmp_path):
-    rows = "t,a,b\n0,10,0\n0.1,10,nan\n0.2,20,0\n"
-    (tmp_path / "dive.csv").write_text(rows)
-    (tmp_path / "columns.yaml").write_text(MAP % "N")
-    dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml", vehicle_file())
+    dive = of_table(tmp_path, "t,a,b\n0,10,0\n0.1,10,nan\n0.2,20,0\n", MAP % "N", vehicle_file())
     assert dive.thrust_cmd.value[:, 1].tolist() == [0.0, 0.0, 0.0]
     assert any("no number in output 2" in note for note in dive.notes)
 
@@ -136,7 +130,6 @@ def test_a_vehicle_that_rests_at_another_pulse_is_not_taken_for_one_that_pushes(
     for axis in (u, v, w):
         axis[200:500] = axis[200]
     rows = [f"{k / 10},{u[k]},{v[k]},{w[k]},1100,1100" for k in range(600)]
-    (tmp_path / "dive.csv").write_text("t,u,v,w,a,b\n" + "\n".join(rows) + "\n")
-    (tmp_path / "columns.yaml").write_text(MAP % "us" + "velocity: {columns: [u, v, w], unit: m/s}\n")
+    columns = MAP % "us" + "velocity: {columns: [u, v, w], unit: m/s}\n"
     file = vehicle_file(replace(ONE_WAY, neutral_us=neutral_us))
-    assert len(read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml", file).velocity) == left
+    assert len(of_table(tmp_path, "\n".join(["t,u,v,w,a,b", *rows, ""]), columns, file).velocity) == left

@@ -2,20 +2,19 @@
 
 import json
 import math
-import struct
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from built_recordings import recording, servos, write
 from fakes.shared import shared
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
 from bridge.errors import ConfigError, LogError
 from bridge.firmware.ardusub import ARDUSUB, wiring
 from bridge.vehicle.config import load_vehicle
-from bridge.wire.framing import Encoder
 from identify.checks.actuation.motors import miswired, miswired_doubts
 from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.dive import Dive, Signal
@@ -31,19 +30,18 @@ PLAIN = {"FRAME_CONFIG": 1.0} | {f"SERVO{n}_FUNCTION": 32.0 + n for n in range(1
 MOTORS = {"vectored": 6, "vectored_6dof": 8}
 
 
-def tlog(path, values, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA):
-    """A `.tlog` with a heartbeat and parameters of the autopilot, and one of a companion's own."""
-    encoder, companion, data = Encoder(1, 1), Encoder(1, 191), []
-    data.append(encoder.encode(mav.MAVLink_heartbeat_message(12, autopilot, 0, 0, 4, 3)))
-    data += [
-        encoder.encode(mav.MAVLink_param_value_message(name.encode(), value, 9, len(values), n))
-        for n, (name, value) in enumerate(values.items())
-    ]
-    data.append(companion.encode(mav.MAVLink_param_value_message(b"FF_MODE", 0.0, 9, 1, 0)))
-    path.write_bytes(
-        b"".join(struct.pack(">Q", 1_790_000_000_000_000 + n) + raw for n, raw in enumerate(data))
-    )
-    return path
+def tlog(path, values, autopilot=mav.MAV_AUTOPILOT_ARDUPILOTMEGA, moving=()):
+    """A `.tlog` with a heartbeat and parameters of the autopilot, and one of a companion's own; `moving` are the pulses
+    and the rate of yaw of each tenth of a second after them."""
+    stamped = [(0.0, 1, 1, mav.MAVLink_heartbeat_message(12, autopilot, 0, 0, 4, 3))]
+    for n, (name, value) in enumerate(values.items()):
+        message = mav.MAVLink_param_value_message(name.encode(), value, 9, len(values), n)
+        stamped.append((0.0, 1, 1, message))
+    stamped.append((0.0, 1, 191, mav.MAVLink_param_value_message(b"FF_MODE", 0.0, 9, 1, 0)))
+    for n, (pulses, turn) in enumerate(moving):
+        stamped.append((1 + n / 10, 1, 1, servos(100_000 * n, pulses)))
+        stamped.append((1 + n / 10, 1, 1, mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, turn)))
+    return write(path, recording(stamped))
 
 
 def test_the_autopilots_parameters_are_read_and_no_companions(tmp_path):
@@ -130,24 +128,12 @@ def test_where_the_frames_own_file_fits_it_is_told_where_it_was_written_too(tmp_
 
 def test_a_file_that_is_written_has_the_reversed_thruster_turned(tmp_path):
     log = tlog(tmp_path / "a.tlog", PLAIN | {"MOT_3_DIRECTION": -1.0})
-    assert (
-        main(
-            [
-                "vehicle",
-                "guess",
-                str(log),
-                "--out",
-                str(tmp_path / "ours.yaml"),
-                "--json",
-                str(tmp_path / "j.json"),
-            ]
-        )
-        == 0
-    )
-    thrusters = load_vehicle(str(tmp_path / "ours.yaml")).vehicle.configurations["standard"].thrusters
+    out, answer = tmp_path / "ours.yaml", tmp_path / "j.json"
+    assert main(["vehicle", "guess", str(log), "--out", str(out), "--json", str(answer)]) == 0
+    thrusters = load_vehicle(str(out)).vehicle.configurations["standard"].thrusters
     turned = FILE.vehicle.configurations["standard"].thrusters
     assert thrusters[2].direction == tuple(-value for value in turned[2].direction)
-    assert json.loads((tmp_path / "j.json").read_text())["reversed"] == [3]
+    assert json.loads(answer.read_text())["reversed"] == [3]
 
 
 @pytest.mark.parametrize(
@@ -155,14 +141,8 @@ def test_a_file_that_is_written_has_the_reversed_thruster_turned(tmp_path):
     [(1.0, ""), (2.0, "drives 8 motors .FRAME_CONFIG., and vehicle 'bluerov2' has 6"), (7.0, "")],
 )
 def test_a_log_of_another_frame_is_refused_with_the_number_of_its_motors(tmp_path, frame, refused):
-    log = tlog(tmp_path / "a.tlog", PLAIN | {"FRAME_CONFIG": frame})
-    encoder = Encoder(1, 1)
-    pulses = [1500, 1600, 1500, 1500, 1500, 1500, 1500, 1500]
-    with log.open("ab") as file:
-        for n in range(20):
-            stamp = struct.pack(">Q", 1_790_000_001_000_000 + 100_000 * n)
-            file.write(stamp + encoder.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
-            file.write(stamp + encoder.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, 0)))
+    moving = [([1500, 1600, 1500, 1500, 1500, 1500, 1500, 1500], 0.0)] * 20
+    log = tlog(tmp_path / "a.tlog", PLAIN | {"FRAME_CONFIG": frame}, moving=moving)
     with pytest.raises(LogError, match=refused) if refused else nullcontext():
         read_dive(log, vehicle=FILE)
 
@@ -258,16 +238,8 @@ def test_reversed_motors_speak_against_every_mass_and_damping():
 
 
 def test_motion_is_not_held_against_the_thrust_of_a_vehicle_that_was_never_armed(tmp_path):
-    log, encoder = tlog(tmp_path / "a.tlog", PLAIN), Encoder(1, 1)
-    with log.open("ab") as file:
-        for n in range(600):
-            stamp = struct.pack(">Q", 1_790_000_001_000_000 + 100_000 * n)
-            pulses = [1500 + 100 * (n // 20 % 3 - 1)] * 6 + [0, 0]
-            file.write(stamp + encoder.encode(mav.MAVLink_servo_output_raw_message(100_000 * n, 0, *pulses)))
-            file.write(
-                stamp + encoder.encode(mav.MAVLink_attitude_message(100 * n, 0, 0, 0, 0, 0, np.sin(0.1 * n)))
-            )
-    guessed = guess(log)
+    moving = [([1500 + 100 * (n // 20 % 3 - 1)] * 6, np.sin(0.1 * n)) for n in range(600)]
+    guessed = guess(tlog(tmp_path / "a.tlog", PLAIN, moving=moving))
     assert (guessed.findings, guessed.judged) == ((), ())
     assert "never armed" in guessed.unjudged
 

@@ -1,10 +1,10 @@
 """A `.BIN`'s steps of a DVL and its barometers: which time is theirs, and which of them is in the water."""
 
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
+from autopilot_log import FORMATS, dataflash
 
 from identify.dive import Signal
 from identify.ingest.mavlink import step_velocity
@@ -71,32 +71,15 @@ def test_a_long_step_that_is_sent_right_behind_a_short_one_leaves_the_times_in_o
     assert np.abs(np.diff(made.value[:, 0])).max() < 0.3
 
 
-MAGIC = b"\xa3\x95"
-TABLES = {
-    "ATT": (1, "QccC", "TimeUS,Roll,Pitch,Yaw", 14),
-    "CTUN": (2, "Qf", "TimeUS,Alt", 12),
-    "BARO": (3, "QBf", "TimeUS,I,Press", 13),
-}
-
-
-def log(depth_m, pressures_pa):
+def read(folder: Path, depth_m, pressures_pa):
     """Ten records a second of depth by the autopilot, upwards, and of two barometers."""
-    data = b""
-    for name, (kind, letters, columns, size) in TABLES.items():
-        data += MAGIC + b"\x80"
-        data += struct.pack("<BB4s16s64s", kind, size + 3, name.encode(), letters.encode(), columns.encode())
+    records = []
     for k, deep in enumerate(depth_m):
         us = 2_000_000 + 100_000 * k
-        data += MAGIC + b"\x01" + struct.pack("<QhhH", us, 0, 0, 0)
-        data += MAGIC + b"\x02" + struct.pack("<Qf", us, -deep)
-        for instance, pressure in enumerate(pressures_pa):
-            data += MAGIC + b"\x03" + struct.pack("<QBf", us, instance, pressure[k])
-    return data
-
-
-def read(folder: Path, *args):
+        records += [("ATT", us, 0, 0, 0), ("CTUN", us, -deep)]
+        records += [("BARO", us, instance, pressure[k]) for instance, pressure in enumerate(pressures_pa)]
     path = folder / "dive.BIN"
-    path.write_bytes(log(*args))
+    path.write_bytes(dataflash(FORMATS, records))
     return read_dive(path)
 
 

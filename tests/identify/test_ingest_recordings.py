@@ -1,13 +1,14 @@
 """Recordings of the bridge, of ArduSub and of DataFlash logs: every signal arrives in SI units, on one clock."""
 
 import gzip
-import struct
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from autopilot_log import FORMATS, dataflash
 from built_recordings import (
     BOOT_UNIX_S,
     NAN,
@@ -297,40 +298,27 @@ def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drift
     assert dive.nu_fb.time_s == pytest.approx(dive.pwm.time_s, abs=2e-3)
 
 
-MAGIC = b"\xa3\x95"
-ATT, RCOU, IMU, ARM, RFND, BAT, GPS = 1, 2, 3, 4, 5, 6, 7
+SOUNDER = ("QBfBB", "TimeUS,Instance,Dist,Stat,Orient")
 
 
-def form(kind: int, name: str, letters: str, columns: str, size: int) -> bytes:
-    return (
-        MAGIC
-        + b"\x80"
-        + struct.pack("<BB4s16s64s", kind, size + 3, name.encode(), letters.encode(), columns.encode())
-    )
-
-
-def log(samples: int = 40) -> bytes:
-    """A tenth of a second a step: heading 90 degrees, roll rising by 0.05 degrees a step."""
-    data = form(0x80, "FMT", "BBnNZ", "Type,Length,Name,Format,Columns", 86)
-    data += form(ATT, "ATT", "QccC", "TimeUS,Roll,Pitch,Yaw", 14)
-    data += form(RCOU, "RCOU", "QHHH", "TimeUS,C1,C2,C3", 14)
-    data += form(IMU, "IMU", "QBffffff", "TimeUS,I,GyrX,GyrY,GyrZ,AccX,AccY,AccZ", 33)
-    data += form(ARM, "ARM", "QB", "TimeUS,ArmState", 9)
-    for k in range(samples):
+def logged(folder: Path, name: str = "", form: tuple[str, str] = ("", ""), rows: Iterable[Any] = ()) -> Path:
+    """A tenth of a second a step: heading 90 degrees, roll rising by 0.05 degrees a step; rows of `name` come at the
+    end, 50 ms apart."""
+    records: list[tuple[Any, ...]] = []
+    for k in range(40):
         us = 2_000_000 + 100_000 * k
-        data += MAGIC + bytes([ATT]) + struct.pack("<QhhH", us, 5 * k, 0, 9000)
-        data += MAGIC + bytes([RCOU]) + struct.pack("<QHHH", us, 1500 + k, 1400, 0)
-        for instance in (0, 1):
-            data += MAGIC + bytes([IMU]) + struct.pack("<QB6f", us, instance, instance, 0, 0.25, 0, 0, -9.8)
-        if k == 20:
-            data += MAGIC + bytes([ARM]) + struct.pack("<QB", us, 1)
-    return data
+        records += [("ATT", us, 5 * k, 0, 9000), ("RCOU", us, 1500 + k, 1400, 0)]
+        records += [("IMU", us, instance, instance, 0, 0.25, 0, 0, -9.8) for instance in (0, 1)]
+        records += [("ARM", us, 1)] if k == 20 else []
+    records += [(name, 2_000_000 + 50_000 * k, *row) for k, row in enumerate(rows)]
+    formats = FORMATS | {"RCOU": ("QHHH", "TimeUS,C1,C2,C3"), "ARM": ("QB", "TimeUS,ArmState")}
+    formats |= {name: form} if name else {}
+    (folder / "dive.BIN").write_bytes(dataflash(formats, records))
+    return folder / "dive.BIN"
 
 
 def test_units_instances_and_unused_outputs_come_out_right(tmp_path: Path) -> None:
-    path = tmp_path / "dive.BIN"
-    path.write_bytes(log())
-    dive = read_dive(path)
+    dive = read_dive(logged(tmp_path))
     half_roll = np.deg2rad(0.05 * 10) / 2
     c, s = np.cos(np.pi / 4), np.sin(np.pi / 4)
     expected = [c * np.cos(half_roll), c * np.sin(half_roll), s * np.sin(half_roll), s * np.cos(half_roll)]
@@ -345,54 +333,25 @@ def test_units_instances_and_unused_outputs_come_out_right(tmp_path: Path) -> No
 def test_an_echo_sounder_without_an_echo_tells_no_distance(tmp_path: Path, stated: bool) -> None:
     """The autopilot goes on to log the last distance, or 0, with a state that is not that of a good one."""
     readings = [(3.0, 4), (0.0, 1), (3.0, 1), (9.0, 3), (2.5, 4)]
-    letters, columns = (
-        ("QBfBB", "TimeUS,Instance,Dist,Stat,Orient") if stated else ("QfB", "TimeUS,Dist,Orient")
-    )
-    data = log() + form(RFND, "RFND", letters, columns, 15 if stated else 13)
-    for k, (distance, state) in enumerate(readings):
-        us = 2_000_000 + 100_000 * k
-        body = (
-            struct.pack("<QBfBB", us, 0, distance, state, 25)
-            if stated
-            else struct.pack("<QfB", us, distance, 25)
-        )
-        data += MAGIC + bytes([RFND]) + body
-    path = tmp_path / "dive.BIN"
-    path.write_bytes(data)
+    form = SOUNDER if stated else ("QfB", "TimeUS,Dist,Orient")
+    rows = [(0, distance, state, 25) if stated else (distance, 25) for distance, state in readings]
     expected = [3.0, NAN, NAN, NAN, 2.5] if stated else [3.0, 0.0, 3.0, 9.0, 2.5]
-    assert read_dive(path).altitude.value[:, 0] == pytest.approx(expected, nan_ok=True)
+    dive = read_dive(logged(tmp_path, "RFND", form, rows))
+    assert dive.altitude.value[:, 0] == pytest.approx(expected, nan_ok=True)
 
 
 @pytest.mark.parametrize("instance", ["Instance", "Inst"])
 def test_the_voltage_is_that_of_the_first_battery_of_several(tmp_path: Path, instance: str) -> None:
     """Older releases of ArduPilot call the number of a battery Instance, newer ones Inst."""
-    data = log() + form(BAT, "BAT", "QBf", f"TimeUS,{instance},Volt", 13)
-    for k in range(20):
-        for battery, volts in enumerate((15.5, 12.0)):
-            data += (
-                MAGIC + bytes([BAT]) + struct.pack("<QBf", 2_000_000 + 100_000 * k + battery, battery, volts)
-            )
-    path = tmp_path / "dive.BIN"
-    path.write_bytes(data)
-    assert read_dive(path).voltage.value[:, 0].tolist() == [15.5] * 20
-
-
-def records(kind: int, name: str, letters: str, columns: str, layout: str, rows: list[tuple]) -> bytes:
-    """A format and records of it, 50 ms apart."""
-    data = form(kind, name, letters, columns, struct.calcsize(layout))
-    for k, row in enumerate(rows):
-        data += MAGIC + bytes([kind]) + struct.pack(layout, 2_000_000 + 50_000 * k, *row)
-    return data
+    form = ("QBf", f"TimeUS,{instance},Volt")
+    dive = read_dive(logged(tmp_path, "BAT", form, [(0, 15.5), (1, 12.0)] * 20))
+    assert dive.voltage.value[:, 0].tolist() == [15.5] * 20
 
 
 def test_the_altitude_is_that_of_the_first_sounder_that_looks_down(tmp_path: Path) -> None:
     """The first sounder looks ahead, and two look down: one from the bow, one from the stern."""
     rows = [(number, 3.0 + number, 4, 0 if number == 0 else 25) for _ in range(20) for number in range(3)]
-    path = tmp_path / "dive.BIN"
-    path.write_bytes(
-        log() + records(RFND, "RFND", "QBfBB", "TimeUS,Instance,Dist,Stat,Orient", "<QBfBB", rows)
-    )
-    assert read_dive(path).altitude.value[:, 0].tolist() == [4.0] * 20
+    assert read_dive(logged(tmp_path, "RFND", SOUNDER, rows)).altitude.value[:, 0].tolist() == [4.0] * 20
 
 
 @pytest.mark.parametrize(("first", "expected"), [(3, 47.1), (0, 47.2)])
@@ -404,26 +363,23 @@ def test_fixes_are_those_of_the_first_receiver_that_has_any(
         for _ in range(20)
         for number, status in ((0, first), (1, 3))
     ]
-    path = tmp_path / "dive.BIN"
-    path.write_bytes(
-        log() + records(GPS, "GPS", "QBBLLff", "TimeUS,I,Status,Lat,Lng,Spd,GCrs", "<QBBiiff", rows)
-    )
-    assert read_dive(path).gnss.value[:, 0] == pytest.approx([expected] * 20)
+    form = ("QBBLLff", "TimeUS,I,Status,Lat,Lng,Spd,GCrs")
+    assert read_dive(logged(tmp_path, "GPS", form, rows)).gnss.value[:, 0] == pytest.approx([expected] * 20)
 
 
 def test_a_damaged_stretch_is_skipped_and_counted(tmp_path: Path) -> None:
-    data = bytearray(log())
+    path = logged(tmp_path)
+    data = bytearray(path.read_bytes())
     data[1500:1540] = bytes(40)
-    path = tmp_path / "dive.BIN"
-    path.write_bytes(bytes(data))
+    path.write_bytes(data)
     dive = read_dive(path)
-    assert 37 <= len(dive.attitude) <= 39
+    assert 37 <= len(dive.pwm) <= 39
     assert any("damaged" in note for note in dive.notes)
 
 
 def test_a_log_cut_anywhere_still_opens(tmp_path: Path) -> None:
-    whole = log()
-    path = tmp_path / "dive.bin"
+    path = logged(tmp_path)
+    whole = path.read_bytes()
     for end in range(700, len(whole), 97):
         path.write_bytes(whole[:end])
         assert read_dive(path).pwm is not None

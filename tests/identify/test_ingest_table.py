@@ -4,9 +4,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from built_recordings import of_table
 from fakes.shared import shared
 
 from bridge.errors import ConfigError, LogError
+from identify.dive import Dive
 from identify.ingest.mapping.column_map import column_map
 from identify.ingest.open import read_dive
 
@@ -22,16 +24,13 @@ notes: ["From the tank."]
 HEADER = "ms,u,v,heading,r,T1,T2,X,N\n"
 
 
-def table(tmp_path: Path, rows: str, columns: str = MAP) -> tuple[Path, Path]:
-    data, layout = tmp_path / "dive.csv", tmp_path / "columns.yaml"
-    data.write_text(HEADER + rows)
-    layout.write_text(columns)
-    return data, layout
+def dive_of(tmp_path: Path, rows: str, columns: str = MAP) -> Dive:
+    return of_table(tmp_path, HEADER + rows, columns)
 
 
 def test_units_offsets_and_scales_are_applied_in_that_order(tmp_path: Path) -> None:
     rows = "0,50,-20,100,90,1500,1600,3,1\n100,,0,100,90,1500,1600,4,2\n"
-    dive = read_dive(*table(tmp_path, rows))
+    dive = dive_of(tmp_path, rows)
     assert dive.velocity.time_s.tolist() == [0.0, 0.1]
     assert dive.velocity.value[0] == pytest.approx([0.5, -0.2, 0.0])
     assert np.isnan(dive.velocity.value[1, 0])
@@ -43,7 +42,7 @@ def test_units_offsets_and_scales_are_applied_in_that_order(tmp_path: Path) -> N
 
 def test_a_row_that_leaves_a_signal_empty_holds_no_sample_of_it(tmp_path: Path) -> None:
     rows = "0,50,-20,100,90,1500,1600,3,1\n50,,,,,1500,1700,,\n100,nan,nan,100,90,,,4,2\n"
-    dive = read_dive(*table(tmp_path, rows))
+    dive = dive_of(tmp_path, rows)
     assert dive.velocity.time_s.tolist() == dive.attitude.time_s.tolist() == [0.0, 0.1]
     assert np.isnan(dive.velocity.value[1, :2]).all()
     assert dive.pwm.time_s.tolist() == [0.0, 0.05]
@@ -51,14 +50,14 @@ def test_a_row_that_leaves_a_signal_empty_holds_no_sample_of_it(tmp_path: Path) 
 
 
 def test_a_cut_last_row_is_left_out_and_said(tmp_path: Path) -> None:
-    dive = read_dive(*table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n100,1,1,0,0,1500,1500,0,0\n200,1,1"))
+    dive = dive_of(tmp_path, "0,1,1,0,0,1500,1500,0,0\n100,1,1,0,0,1500,1500,0,0\n200,1,1")
     assert len(dive.pwm) == 2
     assert any("cut off" in note for note in dive.notes)
 
 
 def test_rows_of_one_time_count_once(tmp_path: Path) -> None:
     row = "1,1,0,0,1500,1500,0,0\n"
-    dive = read_dive(*table(tmp_path, f"0,{row}100,{row}100,{row}50,{row}"))
+    dive = dive_of(tmp_path, f"0,{row}100,{row}100,{row}50,{row}")
     assert dive.pwm.time_s.tolist() == [0.0, 0.05, 0.1]
     assert any("1 rows" in note for note in dive.notes)
 
@@ -67,8 +66,8 @@ def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) ->
     rows = (
         "0,50,-20,,,,,,\n0,,,100,,,,,\n0,,,,90,,,,\n0,,,,,1500,1600,3,1\n100,50,-20,,,,,,\n100,,,100,90,,,,\n"
     )
-    dive = read_dive(*table(tmp_path, rows))
-    whole = read_dive(*table(tmp_path, "0,50,-20,100,90,1500,1600,3,1\n100,50,-20,100,90,,,,\n"))
+    dive = dive_of(tmp_path, rows)
+    whole = dive_of(tmp_path, "0,50,-20,100,90,1500,1600,3,1\n100,50,-20,100,90,,,,\n")
     assert dive.notes == whole.notes
     assert dive.counts == whole.counts
     for name in ("velocity", "attitude", "gyro", "pwm", "tau_cmd"):
@@ -79,7 +78,7 @@ def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) ->
 
 def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(tmp_path: Path) -> None:
     first, clash, fits = "0,50,-20,,,,,,\n", "0,60,-20,100,90,,,,\n", "0,50,-20,,,1500,1600,,\n"
-    dive = read_dive(*table(tmp_path, f"{first}{clash}{fits}100,50,-20,,,1500,1600,,\n"))
+    dive = dive_of(tmp_path, f"{first}{clash}{fits}100,50,-20,,,1500,1600,,\n")
     assert dive.velocity.value[0, 0] == 0.5
     assert dive.attitude is None or len(dive.attitude) == 0
     assert dive.pwm.time_s.tolist() == [0.0, 0.1]
@@ -96,13 +95,13 @@ def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(t
 )
 def test_a_table_that_is_none_is_refused_with_its_row(tmp_path: Path, rows: str, said: str) -> None:
     with pytest.raises(LogError, match=said):
-        read_dive(*table(tmp_path, rows))
+        dive_of(tmp_path, rows)
 
 
 def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path: Path) -> None:
     columns = MAP.replace("T2]", "T9]")
     with pytest.raises(LogError, match=r"no column 'T9'; it has ms, u, v"):
-        read_dive(*table(tmp_path, "0,1,1,0,0,1500,1500,0,0\n", columns))
+        dive_of(tmp_path, "0,1,1,0,0,1500,1500,0,0\n", columns)
 
 
 @pytest.mark.parametrize(
@@ -136,10 +135,7 @@ def test_an_unknown_map_names_those_that_are_bundled() -> None:
 def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) -> None:
     map_text = "time: {column: t}\ndepth: {columns: [z], unit: m}\npwm: {columns: [a], unit: us}\ncommands_hold: true\n"
     rows = "t,z,a\n0,0,1500\n0.5,0.1,\n1,0.2,1600\n1.5,0.3,\n4,0.6,\n"
-    data, columns = tmp_path / "held.csv", tmp_path / "held.yaml"
-    data.write_text(rows)
-    columns.write_text(map_text)
-    dive = read_dive(data, columns)
+    dive = of_table(tmp_path, rows, map_text)
     pwm = dive.pwm
     assert dive.commands_hold
     assert pwm.held_at(np.array([0.0, 0.95, 1.0, 3.9, 4.0]))[:, 0].tolist() == [1500, 1500, 1600, 1600, 1600]
@@ -149,13 +145,13 @@ def test_commands_that_hold_by_the_map_are_told_up_to_the_end(tmp_path: Path) ->
 def test_commands_that_hold_over_years_fill_no_memory(tmp_path: Path) -> None:
     rows = "".join(f"{ms},1,1,0,0,1500,1500,0,0\n" for k in range(20) for ms in [k + (k > 9) * 1.79e15])
     with pytest.raises(LogError, match=r"its times lie 2\.07e\+07 days apart"):
-        read_dive(*table(tmp_path, rows, f"{MAP}commands_hold: true\n"))
+        dive_of(tmp_path, rows, f"{MAP}commands_hold: true\n")
 
 
 @pytest.mark.parametrize("hold", ["", "commands_hold: true\n"])
 def test_columns_without_any_number_are_a_signal_that_is_missing(tmp_path: Path, hold: str) -> None:
     map_text = MAP.replace("tau_cmd", "#") + 'armed: {columns: [X], unit: "1"}\n' + hold
-    dive = read_dive(*table(tmp_path, "".join(f"{k},1,1,0,0,,,,\n" for k in range(3)), map_text))
+    dive = dive_of(tmp_path, "".join(f"{k},1,1,0,0,,,,\n" for k in range(3)), map_text)
     assert dive.pwm is None
     assert any("Neither thruster commands nor wrenches" in note for note in dive.notes)
     assert not any("never armed" in note for note in dive.notes)

@@ -1,14 +1,13 @@
 """ArduPilot's rates of turn and accelerations are dated before its low-pass filters."""
 
 import math
-import struct
 
 import numpy as np
 import pytest
-from autopilot_log import LATE_S, UNIX_S, Turning, logged
+from autopilot_log import LATE_S, Turning, logged
+from built_recordings import heartbeat, recording, servos, write
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from bridge.wire.framing import Encoder
 from identify.dive import Signal
 from identify.ingest.mavlink.low_pass import delay_s, undone
 from identify.ingest.open import read_dive
@@ -69,23 +68,16 @@ def test_a_dataflash_log_is_dated_by_the_corner_it_states(tmp_path, stated, late
 @pytest.mark.parametrize(("autopilot", "late_s"), [(mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 2 * LATE_S), (12, 0.0)])
 def test_a_tlog_is_dated_by_what_the_autopilot_itself_says_and_only_ardupilots(tmp_path, autopilot, late_s):
     """A companion of the same system may state a parameter of that name for itself."""
-    encoder, companion, data = Encoder(1, 1), Encoder(1, 191), b""
+    stamped = []
     for k in range(400):
         messages = [
             mav.MAVLink_attitude_message(20 * k, 0.0, 0.0, 0.0, 0.0, 0.0, math.sin(k)),
-            mav.MAVLink_servo_output_raw_message(20_000 * k, 0, *[1500 + k % 7] * 8),
+            servos(20_000 * k, [1500 + k % 7] * 8),
         ]
         if k % 50 == 0:
-            messages += [
-                mav.MAVLink_heartbeat_message(12, autopilot, 128, 0, 4, 3),
-                mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 10.0, 9, 1356, 7),
-            ]
-        frames = [encoder.encode(message) for message in messages]
-        if k == 60:
-            frames.append(
-                companion.encode(mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 80.0, 9, 3, 1))
-            )
-        data += b"".join(struct.pack(">Q", round((UNIX_S + k / 50) * 1e6)) + frame for frame in frames)
-    (tmp_path / "t.tlog").write_bytes(data)
-    dive = read_dive(tmp_path / "t.tlog")
+            corner = mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 10.0, 9, 1356, 7)
+            messages += [heartbeat(autopilot=autopilot), corner]
+        stamped += [(k / 50, 1, 1, message) for message in messages]
+    stamped.append((8.0, 1, 191, mav.MAVLink_param_value_message(b"INS_GYRO_FILTER", 80.0, 9, 3, 1)))
+    dive = read_dive(write(tmp_path / "t.tlog", recording(stamped)))
     np.testing.assert_allclose(dive.attitude.time_s - dive.gyro.time_s, late_s, atol=1e-6)

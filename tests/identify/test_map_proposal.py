@@ -93,8 +93,6 @@ def test_a_log_in_feet_is_known_by_its_gravity_and_every_guess_of_it_is_asked():
         "velocity": "ft/s", "gyro": "rad/s", "specific_force": "ft/s2", "euler": "rad", "depth": "ft", "pwm": "",
     }  # fmt: skip
     assert_maps_to_the_truth(table(columns), proposal)
-    still = proposed({name: values for name, values in columns.items() if name not in "uvw"})
-    assert still.columns.depth.unit == "ft"
     for name in ("ax", "ay", "az"):
         del columns[name]
     blind = proposed(columns)
@@ -289,16 +287,6 @@ def test_commands_that_are_named_forces_are_newtons_where_they_are_no_shares(lar
     commands = proposed(motion | forces).columns.pwm
     assert commands is not None
     assert (commands.columns, commands.unit) == (tuple(forces), unit)
-
-
-def test_an_acceleration_without_gravity_is_no_specific_force():
-    columns = usual(READ)
-    columns["az"] = columns["az"] + 9.80665
-    for name in ("ax", "ay"):
-        columns[name] = 0.1 * columns[name]
-    proposal = proposed(columns)
-    assert proposal.columns.specific_force is None
-    assert any("ax, ay, az: not used" in note for note in proposal.notes)
 
 
 def test_of_a_single_rate_the_others_are_unknown():

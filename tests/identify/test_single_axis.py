@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from built_recordings import of_table
 from fakes.planted import diagnosed
 
 from identify.challenge.case import dive_of, draw_case
@@ -13,7 +14,6 @@ from identify.checks.readings.impossible import without_repeated
 from identify.checks.readings.missing_signals import missing_signals
 from identify.dive import Dive, Signal
 from identify.estimators.table import estimator
-from identify.ingest.open import read_dive
 from identify.run.identify import identify
 
 MAP = "time: {column: t}\nvelocity: {columns: [u, %s, %s], unit: m/s}\n"
@@ -30,9 +30,7 @@ def case():
 
 @pytest.mark.parametrize("unknown", ["null", "~", '"?"'])
 def test_an_axis_without_a_column_is_unknown_and_one_that_stays_still_is_zero(tmp_path, unknown):
-    (tmp_path / "dive.csv").write_text("t,u\n0,0.5\n0.1,0.6\n0.2,\n")
-    (tmp_path / "columns.yaml").write_text(MAP % (unknown, '"-"'))
-    dive = read_dive(tmp_path / "dive.csv", tmp_path / "columns.yaml")
+    dive = of_table(tmp_path, "t,u\n0,0.5\n0.1,0.6\n0.2,\n", MAP % (unknown, '"-"'))
     np.testing.assert_array_equal(dive.velocity.value, [[0.5, np.nan, 0.0], [0.6, np.nan, 0.0]])
 
 

@@ -4,10 +4,10 @@ import gzip
 
 import numpy as np
 import pytest
+from built_recordings import of_table
 
 from bridge.errors import LogError
 from identify.ingest.files.text_table import read_table
-from identify.ingest.open import read_dive
 
 MAP = "time: {column: t}\ndepth: {columns: [z], unit: m}\n"
 
@@ -25,9 +25,7 @@ def of(tmp_path, text, name="dive.csv"):
 
 
 def dive_of(tmp_path, text, columns=MAP):
-    layout = tmp_path / "columns.yaml"
-    layout.write_text(columns)
-    return read_dive(of(tmp_path, text), layout)
+    return of_table(tmp_path, text, columns)
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ from pathlib import Path
 import closed_loop
 import numpy as np
 import pytest
+from built_recordings import of_table
 from fakes.planted import quiet
 from fakes.shared import shared
 
@@ -27,7 +28,7 @@ from identify.estimators.answer import answered
 from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.fit import fit_axes
-from identify.ingest.commands import held_commands, with_known_commands
+from identify.ingest.commands import with_known_commands
 from identify.ingest.files.text_table import read_table
 from identify.ingest.mapping.column_map import column_map
 from identify.ingest.mapping.profiles import profiles
@@ -66,29 +67,25 @@ def test_a_few_commands_that_are_no_number_leave_the_mass_right_and_are_told():
     assert mass.value == pytest.approx(closed_loop.MASS, rel=0.05)
 
 
-def test_an_unknown_stretch_without_tau_cmd_leaves_the_longest_known_part():
+def test_an_unknown_stretch_leaves_the_longest_known_part():
     dive = by_pulses()
     time_s = dive.pwm.time_s
     cleaned = with_known_commands(unknown(dive, (time_s > 79.95) & (time_s < 85.0)))
     assert np.isfinite(cleaned.pwm.value).all()
     assert cleaned.span_s[0] == pytest.approx(85.0)
     assert cleaned.notes[-1].startswith(
-        "Before its first number, or for more than 0.5 s, the command in output 1 is unknown, and no TAU_CMD is "
+        "Before its first number, or for more than 0.5 s, the command in output 1 is unknown: only the longest part "
     )
-    assert "only the longest part in which all are known is used, 115 s of 200 s" in cleaned.notes[-1]
+    assert "in which all are known is used, 115 s of 200 s" in cleaned.notes[-1]
 
 
 def test_an_output_that_is_no_number_all_the_dive_is_named_and_nothing_is_cut():
     dive = by_pulses()
     never = unknown(dive, np.ones(len(dive.pwm), bool))
     cleaned = with_known_commands(never)
-    assert cleaned.notes == (
-        "Output 1 is no number all the dive: what was asked of a thruster there is unknown.",
-    )
+    assert cleaned.notes == ("Output 1 is no number all the dive: what was asked of a thruster is unknown.",)
     assert cleaned.duration_s == never.duration_s
-    with pytest.raises(
-        FitError, match="tell no wrench, as output 1 is no number all the dive; check what sends"
-    ):
+    with pytest.raises(FitError, match="neither thruster commands that fit the vehicle nor wrenches"):
         wrench(cleaned, FILE, "only")
     tau = Signal(dive.pwm.time_s, np.zeros((len(dive.pwm), 6)))
     assert wrench(replace(cleaned, tau_cmd=tau), FILE, "only").asked == pytest.approx(0.0)
@@ -104,8 +101,8 @@ def test_outputs_that_drive_no_thruster_may_be_unknown():
 def test_a_command_holds_for_so_long_and_no_longer():
     time_s = np.array([0.0, 0.2, 0.5, 1.0, 1.4, 2.0])
     value = np.array([1600.0, np.nan, 1700.0, 1650.0, np.nan, 1550.0])
-    held = held_commands(Signal(time_s, value[:, None])).value[:, 0]
-    assert held == pytest.approx([1600.0, 1600.0, 1700.0, 1650.0, np.nan, 1550.0], nan_ok=True)
+    cleaned = with_known_commands(Dive("d", Path("d"), "", pwm=Signal(time_s, value[:, None])))
+    assert cleaned.pwm.value[:, 0].tolist() == [1600.0, 1600.0, 1700.0, 1650.0]
 
 
 @pytest.mark.parametrize("wild", [1e30, -25.0, np.inf])
@@ -382,10 +379,7 @@ def test_a_recording_of_a_dvl_that_repeats_is_read_once_each(tmp_path):
         "t,u,v,w",
         *(f"{0.1 * i:.1f},{v[0]},{v[1]},{v[2]}" for i, v in enumerate(measured(60).repeat(2, 0))),
     ]
-    table, columns = tmp_path / "dvl.csv", tmp_path / "columns.yaml"
-    table.write_text("\n".join(rows), encoding="utf-8")
-    columns.write_text(COLUMNS, encoding="utf-8")
-    recorded = read_dive(table, columns)
+    recorded = of_table(tmp_path, "\n".join(rows), COLUMNS)
     assert len(recorded.velocity) == 60
     assert any("comes 2 times over" in note for note in recorded.notes)
 
@@ -449,14 +443,11 @@ def test_a_signal_that_now_and_then_repeats_a_reading_right_behind_it_keeps_both
 def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_shown_at_its_mean_rate(tmp_path):
     depth = sent_by(3).depth
     rows = [f"{t:.6f},{z:.6f}" for t, z in zip(depth.time_s, depth.value[:, 0], strict=True)]
-    table, columns = tmp_path / "depth.csv", tmp_path / "columns.yaml"
-    table.write_text("\n".join(["t,z", *rows]), encoding="utf-8")
-    columns.write_text("time: {column: t, unit: s}\ndepth: {columns: [z], unit: m}\n", encoding="utf-8")
-    assert len(read_dive(table, columns).depth) == 200
-    shown = {
-        profile.name: profile.rate_hz for profile in profiles(read_table(table).streams, column_map(columns))
-    }
-    assert shown["z"] == pytest.approx(6.0, rel=0.02)
+    columns = "time: {column: t, unit: s}\ndepth: {columns: [z], unit: m}\n"
+    dive = of_table(tmp_path, "\n".join(["t,z", *rows]), columns)
+    assert len(dive.depth) == 200
+    _, shown = profiles(read_table(dive.source).streams, column_map(tmp_path / "columns.yaml"))
+    assert shown.rate_hz == pytest.approx(6.0, rel=0.02)
 
 
 TWENTY_HZ_S = np.arange(0.0, 60.0, 0.05)

@@ -39,16 +39,8 @@ def place(sound, tmp_path_factory):
     (folder / "columns.yaml").write_text(MAP, encoding="utf-8")
     write(sound.but(push_s=6.0).dives(20, 1), folder / "sound")
     write(sound.but(push_s=6.0, gains=(1.0, 1.0, 0.5, 1.0)).dives(8, 2), folder / "weak")
-    code = main(
-        [
-            "identify",
-            str(folder / "sound"),
-            "--together",
-            "--json",
-            str(folder / "sound.json"),
-            *given(folder, sound),
-        ]
-    )
+    wanted = [str(folder / "sound"), "--together", "--json", str(folder / "sound.json")]
+    code = main(["identify", *wanted, *given(folder, sound)])
     assert code in (exit_codes.DONE, exit_codes.NO)
     return folder
 

@@ -10,23 +10,22 @@ import math
 import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.mapping.frames import earth_mends, pushes_of, speed_mends, wrench_mends
+from identify.checks.mapping.frames import earth_mends, speed_mends, wrench_mends
 from identify.checks.mapping.mend import FLU, Mend, mended, scaled
-from identify.checks.sensors.correlation import (
+from identify.checks.sensors.sensor_pairs import (
     CLEAR,
     NEAR_UNIT,
     NEARER_UNIT,
+    PASCALS_PER_METRE,
     UNCLEAR,
     Match,
-    readings,
-    unit_factor,
-)
-from identify.checks.sensors.sensor_pairs import (
-    PASCALS_PER_METRE,
     pressure_match,
+    pushes_of,
+    readings,
     rise_match,
     tilt_match,
     turn_table,
+    unit_factor,
 )
 from identify.dive import Dive
 from identify.ingest.mapping.ranges import STEADY
@@ -89,7 +88,7 @@ def _gravity(dive: Dive) -> tuple[Mend, ...]:
     if np.linalg.norm(np.median(force.value, axis=0)) < STEADY * usual:
         return ()
     for unit, factor in (("g", GRAVITY_M_S2), ("mg", GRAVITY_M_S2 / 1000), ("m/s2", 1 / GRAVITY_M_S2)):
-        if GRAVITY_M_S2 / NEAR_UNIT < usual * factor < GRAVITY_M_S2 * NEAR_UNIT and not _is_gravity(usual):
+        if _is_gravity(usual * factor) and not _is_gravity(usual):
             problem = f"The accelerometer usually reads {usual:.3g} m/s2, and at rest 9.8 is right: its unit is {unit}"
             return (scaled("specific_force", (factor,) * 3, problem),)
     return ()
@@ -121,7 +120,7 @@ def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:
     mend = (factor or 1.0) if match.ratio > 0 else -(factor or 1.0)
     problem = (
         f"Depth changes by {match.ratio:.3g} times what pressure comes to (correlation {match.correlation:.2f}), so "
-        f"{_unit_words('its unit or sign is not as taken', LENGTHS, factor)}"
+        f"{_unit_words('its unit or sign is not as taken', factor)}"
     )
     return (scaled("depth", (mend,), problem),)
 
@@ -149,12 +148,12 @@ def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
     return ()
 
 
-def _unit_words(otherwise: str, units: dict[float, str], factor: float | None) -> str:
-    """What a factor says of a unit; `otherwise` where it is of none that has a name."""
-    name = next(
-        (unit for ratio, unit in units.items() if factor and unit and math.isclose(1 / factor, ratio)), ""
-    )
-    return f"it is in {name}" if name else otherwise
+def _unit_words(otherwise: str, factor: float | None) -> str:
+    """What a factor says of the unit of a depth; `otherwise` where it is of none that has a name."""
+    for ratio, unit in LENGTHS.items():
+        if factor and unit and math.isclose(1 / factor, ratio):
+            return f"it is in {unit}"
+    return otherwise
 
 
 def _frames(dive: Dive) -> tuple[Mend, ...]:
@@ -314,7 +313,7 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
     factors = (1 / unit,) * 3 if signal == "velocity" else (unit,)
     words = f"the unit of {_MEANT[signal]} is not as taken"
     if signal == "depth":
-        words = _unit_words(words, LENGTHS, unit)
+        words = _unit_words(words, unit)
     elif math.isclose(unit, 1 / FOOT_M):
         words = "the velocity is in ft/s"
     problem = (

@@ -4,31 +4,23 @@ The velocity's change is held against the accelerometer. The motion goes against
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
-from bridge.arrays import Array
-from bridge.vehicle.config import GRAVITY_M_S2
 from identify.checks.mapping.mend import FLU, Mend, mended, scaled
-from identify.checks.sensors.correlation import (
+from identify.checks.sensors.scales import edge_means, integral
+from identify.checks.sensors.sensor_pairs import (
     CLEAR,
     EDGE_S,
     NEARER_UNIT,
     UNCLEAR,
     WINDOW_S,
-    Match,
-    matched,
+    pushes_of,
     readings,
     window_edges,
 )
-from identify.checks.sensors.scales import edge_means, integral
 from identify.dive import Dive, Signal
 from identify.ingest.mapping.units import FOOT_M, KNOT_M_S
-from identify.ingest.rotation import attitude_at, to_body
-
-LEAST_PUSH_M_S2 = 0.02
-"""Spread of an acceleration over windows below which noise may move it."""
 
 SPEEDS = {100.0: "cm/s", 1000.0: "mm/s", 1 / FOOT_M: "ft/s", 1 / KNOT_M_S: "knots", 3.6: "km/h"}
 """Velocities per m/s in other units."""
@@ -46,51 +38,6 @@ EARTH: tuple[tuple[tuple[float, ...], tuple[int, ...], str], ...] = (
 )
 """Factors and order of columns in earth axes to make them north, east, down, and the axes in words. The last is of
 columns whose y and z were turned round before."""
-
-
-@dataclass(frozen=True)
-class Pushes:
-    """Over windows (n, 3), m/s2 in body axes: the velocity's change, that by turning alone, and the
-    accelerometer's reading, less gravity."""
-
-    moved: Array
-    turning: Array
-    felt: Array
-
-    def by_sign(self) -> tuple[Match | None, Match | None]:
-        """Along x and y. The turning of an axis holds the other velocities alone, so it does not hide the sign of its
-        own."""
-        return self._matched(self.moved, self.felt - self.turning)
-
-    def by_size(self) -> tuple[Match | None, Match | None]:
-        """Along x and y, both sides of which grow with the unit of the velocity, or not at all."""
-        return self._matched(self.moved + self.turning, self.felt)
-
-    def _matched(self, seen: Array, said: Array) -> tuple[Match | None, Match | None]:
-        along_x, along_y = (matched(seen[:, axis], said[:, axis], LEAST_PUSH_M_S2) for axis in (0, 1))
-        return along_x, along_y
-
-
-def pushes_of(dive: Dive) -> Pushes | None:
-    """None without all four signals, or for a short dive."""
-    force, velocity = readings(dive.specific_force), readings(dive.velocity)
-    gyro, attitude = readings(dive.gyro), readings(dive.attitude)
-    if force is None or velocity is None or gyro is None or attitude is None:
-        return None
-    edges_s = window_edges((force, velocity, attitude))
-    if edges_s is None:
-        return None
-    middle_s = 0.5 * (edges_s[1:] + edges_s[:-1])
-    gravity = to_body(attitude_at(attitude, middle_s), np.tile((0.0, 0.0, GRAVITY_M_S2), (len(middle_s), 1)))
-    read = np.diff(
-        np.column_stack([integral(force.time_s, force.value[:, k], edges_s) for k in range(3)]), axis=0
-    )
-    at_edges = edge_means(velocity.time_s, velocity.value, edges_s, EDGE_S)
-    return Pushes(
-        np.diff(at_edges, axis=0) / WINDOW_S,
-        np.cross(gyro.at(middle_s), velocity.at(middle_s)),
-        read / WINDOW_S + gravity,
-    )
 
 
 def speed_mends(dive: Dive) -> tuple[Mend, ...]:

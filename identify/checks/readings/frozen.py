@@ -96,10 +96,10 @@ def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
     for name, words in WORDS.items():
         signal = dive.signals().get(name)
         known = signal.in_part() if signal is not None else None
-        runs = _runs(known) if known is not None and len(known) >= FEWEST else None
-        if signal is None or known is None or runs is None or not runs.long.any():
+        if signal is None or known is None or len(known) < FEWEST:
             continue
-        frozen = _frozen(dive, name, known, runs, rest_us)
+        runs = _runs(known)
+        frozen = _frozen(dive, name, runs, _log_chance(known, runs), rest_us)
         if not frozen.any():
             continue
         stretches[name], index = runs.spans(frozen), runs.repeats(frozen)
@@ -127,14 +127,10 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
         return dive
     rows = np.flatnonzero(np.isfinite(signal.value[:, column]))
     known = Signal(signal.time_s[rows], signal.value[rows, column : column + 1])
-    likely = _log_chance_by_noise(known) if len(known) >= FEWEST else None
-    if likely is None:
+    if len(known) < FEWEST or not _has_noise_of_a_step(known):
         return dive
     runs = _runs(known)
-    frozen = np.zeros(len(runs.long), np.bool_)
-    for i in np.flatnonzero(runs.long):
-        stands = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
-        frozen[i] = _pushed(dive, stands, rest_us) and _is_unlikely(int(runs.count[i]), likely, len(known))
+    frozen = _frozen(dive, "", runs, _log_chance(known, runs, STEADY), rest_us)
     if not frozen.any():
         return dive
     spans, index = runs.spans(frozen), runs.repeats(frozen)
@@ -149,17 +145,13 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
     )
 
 
-def _log_chance_by_noise(signal: Signal) -> float | None:
-    """Logarithm of the chance that a sample (n, 1) repeats its predecessor; None for noise below its step size."""
+def _has_noise_of_a_step(signal: Signal) -> bool:
+    """Whether the white noise of a signal (n, 1) is at least its step size, as far as that is known."""
     value = signal.value[:, 0]
     steps = np.abs(np.diff(value))
     moved = steps[steps > 0]
-    if len(moved) < ENOUGH:
-        return None
     white = float(np.median(np.abs(np.diff(value, 3)))) / THIRD_DIFFERENCE
-    if white < float(moved.min()):
-        return None
-    return _log_chance(signal, _runs(signal), STEADY)
+    return len(moved) >= ENOUGH and white >= float(moved.min())
 
 
 def _note(words: str, stretches: tuple[tuple[float, float], ...], share: float) -> str:
@@ -178,20 +170,23 @@ def _runs(signal: Signal) -> Runs:
     return Runs(first, last, signal.time_s[first], signal.time_s[last])
 
 
-def _frozen(dive: Dive, name: str, signal: Signal, runs: Runs, rest_us: float) -> NDArray[np.bool_]:
-    """Which runs (k,) are frozen."""
-    likely = _log_chance(signal, runs)
+def _frozen(dive: Dive, name: str, runs: Runs, log_chance: float | None, rest_us: float) -> NDArray[np.bool_]:
+    """Which runs (k,) are frozen, given the logarithm of the chance that a sample repeats its predecessor.
+
+    name: of the signal, which others may show to move; empty for a single axis, which may well stand still.
+    """
     frozen = np.zeros(len(runs.first), dtype=np.bool_)
+    samples = int(runs.count.sum())
     for i in np.flatnonzero(runs.long):
         span_s = float(runs.start_s[i]), float(runs.end_s[i]) - SETTLING_S
-        by_noise = likely is not None and _is_unlikely(int(runs.count[i]), likely, len(signal))
-        frozen[i] = _pushed(dive, span_s, rest_us) and (by_noise or _moved(dive, name, span_s))
+        # A run this long is very unlikely by chance.
+        by_noise = log_chance is not None and bool(
+            (runs.count[i] - 1) * log_chance + np.log(samples) < np.log(CHANCE)
+        )
+        frozen[i] = _pushed(dive, span_s, rest_us) and (
+            by_noise or (name != "" and _moved(dive, name, span_s))
+        )
     return frozen
-
-
-def _is_unlikely(count: int, log_chance: float, samples: int) -> bool:
-    """Whether a run of `count` equal samples is very unlikely by chance among `samples` samples."""
-    return bool((count - 1) * log_chance + np.log(samples) < np.log(CHANCE))
 
 
 def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None:

@@ -73,6 +73,10 @@ class Candidate:
     frame: str = BODY
 
     @property
+    def names(self) -> str:
+        return ", ".join(map(self.stream.full_name, self.fields.values()))
+
+    @property
     def values(self) -> Array:
         return np.column_stack([self.stream.columns[self.fields[place]] for place in sorted(self.fields)])
 
@@ -143,7 +147,7 @@ def _join_verticals(
                 break
 
 
-def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tuple[str, ...]]:
+def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], list[str]]:
     """The best candidate of each signal, and notes on those that can't be used; of two attitudes the quaternion."""
     choices: list[Choice] = []
     notes: list[str] = []
@@ -154,9 +158,8 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
             if candidate.signal != signal:
                 continue
             if candidate.frame in EARTH and len(candidate.fields) < WIDTHS["velocity"]:
-                parts = map(candidate.stream.full_name, candidate.fields.values())
                 notes.append(
-                    f"{', '.join(parts)}: not used for velocity. It is a part of one in earth axes, and only the whole "
+                    f"{candidate.names}: not used for velocity. It is a part of one in earth axes, and only the whole "
                     "can be turned to the body's."
                 )
             elif signal in MEASURED and not candidate.moves:
@@ -171,30 +174,15 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], tup
                 break
             notes.append(note)
         if not usable:
-            notes += map(_never_changes, still)
+            notes += [
+                f"{each.names}: not used for {signal}. {'It' if len(each.fields) == 1 else 'They'} never "
+                f"change{'s' if len(each.fields) == 1 else ''}, as where no sensor fills a field."
+                for each in still
+            ]
     names = {choice.signal for choice in choices}
     if "quaternion" in names:
         choices = [choice for choice in choices if choice.signal != "euler"]
-    if any(choice.signal == "specific_force" and choice.columns.unit == "ft/s2" for choice in choices):
-        choices = [_in_feet(choice) for choice in choices]
-    return tuple(choices), tuple(notes)
-
-
-def _never_changes(candidate: Candidate) -> str:
-    parts = map(candidate.stream.full_name, candidate.fields.values())
-    never = "It never changes" if len(candidate.fields) == 1 else "They never change"
-    return f"{', '.join(parts)}: not used for {candidate.signal}. {never}, as where no sensor fills a field."
-
-
-def _in_feet(choice: Choice) -> Choice:
-    """A guess of metres in feet."""
-    in_feet = {"m": "ft", "m/s": "ft/s"}.get(choice.columns.unit)
-    if choice.confidence is not Confidence.GUESSED or in_feet is None:
-        return choice
-    reason = f"As the accelerometer is in ft/s2, {in_feet} is taken."
-    return replace(
-        choice, columns=replace(choice.columns, unit=in_feet), reasons=(reason, *choice.reasons[1:])
-    )
+    return tuple(choices), notes
 
 
 def _choice(candidate: Candidate) -> tuple[Choice | None, str]:

@@ -11,8 +11,7 @@ from bridge.errors import LogError
 from identify.checks.mapping.first_mapping import mends
 from identify.checks.mapping.frames import EAST_FIRST, UP, earth_mends
 from identify.checks.mapping.mend import FLU, Mend
-from identify.checks.sensors.correlation import CLEAR, Match
-from identify.checks.sensors.sensor_pairs import agreeing, turn_match
+from identify.checks.sensors.sensor_pairs import CLEAR, Match, agreeing, turn_match
 from identify.dive import Dive
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.mapping.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
@@ -85,30 +84,29 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     apart = _on_two_clocks(streams, time)
     logged = all(RECEIVED in stream.columns for stream in streams)
     if apart and logged and not _on_two_clocks(streams, TimeColumn(RECEIVED, "s")):
-        time, time_reason = (
-            TimeColumn(RECEIVED, "s"),
-            f"By '{time.column}', {apart}; '{RECEIVED}', the log's, is one.",
-        )
+        time_reason = f"By '{time.column}', {apart}; '{RECEIVED}', the log's, is one."
+        time = TimeColumn(RECEIVED, "s")
     timed = [stream for stream in streams if time.column in (*stream.columns, *stream.text)]
     candidates = [candidate for stream in timed for candidate in candidates_in(stream, time.column)]
     choices, notes = choices_of(candidates)
     if apart and time.column != RECEIVED:
-        notes = (
-            *notes,
-            f"By '{time.column}', {apart}: no signal was held against another. Name one clock of all.",
+        notes.append(
+            f"By '{time.column}', {apart}: no signal was held against another. Name one clock of all."
         )
     elif time.column == STAMP and (old := headers_apart(timed, OLD_S)):
-        notes = (
-            *notes,
-            f"By '{STAMP}', {old}: taken for the age of its readings; if a clock is off instead, take '{RECEIVED}'.",
+        notes.append(
+            f"By '{STAMP}', {old}: taken for the age of its readings; if a clock is off instead, take '{RECEIVED}'."
         )
     if not choices:
         columns = map_of(time, ())
-        raise NothingKnown(Proposal(columns, (), profiles(streams, columns), notes, time_reason), path)
+        seen = Proposal(columns, (), profiles(streams, columns), tuple(notes), time_reason)
+        raise NothingKnown(seen, path)
     if not apart:
-        notes = (*notes, *_without_common_time(timed, choices, time))
-    if not apart and (unreadable := _unreadable(timed, map_of(time, choices), path)):
-        notes = (*notes, f"No signal was held against another, as this map reads no dive. {unreadable}.")
+        notes += _without_common_time(timed, choices, time)
+        try:
+            dive_fields(Streams(tuple(timed)), map_of(time, choices), path)
+        except LogError as error:
+            notes.append(f"No signal was held against another, as this map reads no dive. {error}.")
     choices = _agreed_angles(choices, timed, time)
     columns = map_of(time, choices)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
@@ -119,29 +117,18 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
             choices = (_turned(choice, choices, timed, time, path), *choices)
             choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
         else:
-            notes = (
-                *notes,
-                f"{_listed(choice)}: not used for velocity. It is in earth axes, and {_NO_ATTITUDE}.",
+            notes.append(
+                f"{', '.join(filter(None, choice.columns.columns))}: not used for velocity. It is in earth axes, and "
+                "no attitude was recognised that could turn it to the body's."
             )
     if any(_meant(choice) == "attitude" and FLU in (m.factors for m in choice.mends) for choice in choices):
-        notes = (*notes, _EAST_IS_NORTH)
+        notes.append(
+            "Where the attitude's earth has x to the east, as in ROS, a current that a diagnosis says to run north "
+            "runs east, and one east runs south."
+        )
     choices = _borne_out(choices, agreeing(_dive(timed, map_of(time, choices), path)))
-    return Proposal(
-        map_of(time, choices), choices, profiles(streams, columns), (*notes, *_lacks(choices)), time_reason
-    )
-
-
-_NO_ATTITUDE = "no attitude was recognised that could turn it to the body's"
-
-
-_EAST_IS_NORTH = (
-    "Where the attitude's earth has x to the east, as in ROS, a current that a diagnosis says to run north runs east, "
-    "and one east runs south."
-)
-
-
-def _listed(choice: Choice) -> str:
-    return ", ".join(filter(None, choice.columns.columns))
+    notes += _lacks(choices)
+    return Proposal(map_of(time, choices), choices, profiles(streams, columns), tuple(notes), time_reason)
 
 
 def _turned(
@@ -164,15 +151,6 @@ def _turned(
         reason = "As the attitude is one of ROS, its earth axes are taken, x east, y south, z down."
         choice = replace(choice, columns=columns, reasons=(*choice.reasons, reason))
     return replace(choice, confidence=Confidence.GUESSED)
-
-
-def _unreadable(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> str:
-    """The error by which a map makes no dive of a file; "" if it does."""
-    try:
-        dive_fields(Streams(tuple(streams)), columns, path)
-    except LogError as error:
-        return str(error)
-    return ""
 
 
 def _dive(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:
@@ -340,7 +318,7 @@ def map_of(time: TimeColumn, choices: Sequence[Choice]) -> ColumnMap:
     return ColumnMap(time, velocity_is_filtered=filtered, **signals)
 
 
-def _lacks(choices: Sequence[Choice]) -> tuple[str, ...]:
+def _lacks(choices: Sequence[Choice]) -> list[str]:
     """Signals that a diagnosis needs and no column gives."""
     names = {choice.signal for choice in choices}
     notes = []
@@ -353,4 +331,4 @@ def _lacks(choices: Sequence[Choice]) -> tuple[str, ...]:
         )
     elif not names & {"velocity", "gyro", "fog"}:
         notes.append("No velocity and no rate of turn was recognised; name their columns in the map.")
-    return tuple(notes)
+    return notes

@@ -102,9 +102,7 @@ def _vehicle(heard: Sequence[Path]) -> tuple[int, bool]:
     system, _ = vehicle_system(frames, str(heard[0]))
     run = vehicle_runs(frames, str(heard[0]))[0]
     beat = run.get("HEARTBEAT", autopilot=ARDUSUB.autopilot)
-    if beat is None:
-        return system, False
-    return system, bool((frames.component[beat.fields.rows] == run.primary).all())
+    return system, bool(beat) and bool((beat.components == run.primary).all())
 
 
 def _span(fields: dict[str, Any]) -> tuple[float, float]:

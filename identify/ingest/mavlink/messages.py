@@ -66,10 +66,13 @@ class _ClockOffset:
 
 @dataclass(frozen=True)
 class Batch:
-    """Messages of a kind: boot times (n,), strictly increasing, in s, and their fields."""
+    """Messages of a kind: boot times (n,), strictly increasing, in s, and their fields. False without any."""
 
     time_s: Array
     fields: Fields
+
+    def __len__(self) -> int:
+        return len(self.time_s)
 
     def columns(self, *names: str) -> Array:
         """The named fields as (n, k)."""
@@ -105,8 +108,8 @@ class Messages:
             return None
         return float(self.clocks[self.primary].at(np.array([self.taken.start]))[0])
 
-    def get(self, name: str, **equal: Any) -> Batch | None:
-        """The messages called `name`; None if there are none.
+    def get(self, name: str, **equal: Any) -> Batch:
+        """The messages called `name`.
 
         `equal` asks for fields of a certain value (`id=0`). If several components send the message, the most frequent
         sender's messages are taken.
@@ -125,35 +128,30 @@ class Messages:
         """The messages called `name`, grouped by their own field `name`, as in NAMED_VALUE_FLOAT."""
         fields = self._of_vehicle(name)
         names = fields["name"]
-        batches = {}
-        for value in np.unique(names):
-            batch = self._batch(fields.at(names == value))
-            if batch is not None:
-                batches[value.decode("ascii", "replace")] = batch
-        return batches
+        return {
+            value.decode("ascii", "replace"): self._batch(fields.at(names == value))
+            for value in np.unique(names)
+        }
 
-    def get_from_anyone(self, name: str) -> Batch | None:
+    def get_from_anyone(self, name: str) -> Batch:
         """As `get`, but from any system: a driver may send under a ground station's id.
 
         Dated by arrival, unless nearly all messages state a time close to the vehicle's boot time at their arrival.
         """
         rows = self._rows(name)
-        if len(rows) == 0:
-            return None
         fields = Fields(self.frames, name, rows)
         arrived, stated = self._arrival_boot_s(rows), stated_s(fields)
         is_near = np.abs(stated - arrived) < NEAR_S
-        return _rising(np.where(is_near, stated, arrived) if is_near.mean() > NEARLY_ALL else arrived, fields)
+        are_near = np.count_nonzero(is_near) > NEARLY_ALL * len(rows)
+        return _rising(np.where(is_near, stated, arrived) if are_near else arrived, fields)
 
     def _of_vehicle(self, name: str) -> Fields:
         rows = self._rows(name)
         return Fields(self.frames, name, rows[self.frames.system[rows] == self.system])
 
-    def _batch(self, fields: Fields) -> Batch | None:
-        if len(fields) == 0:
-            return None
+    def _batch(self, fields: Fields) -> Batch:
         components = self.frames.component[fields.rows]
-        sender = int(np.argmax(np.bincount(components)))
+        sender = int(np.argmax(np.bincount(components, minlength=1)))
         sent = fields.at(components == sender)
         return _rising(self._boot_s(sent, sender), sent)
 

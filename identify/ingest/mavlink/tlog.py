@@ -60,19 +60,16 @@ class Velocity:
 
 def velocity_of(messages: Messages, attitude: Signal | None) -> Velocity | None:
     """Velocity from the best source; None without a velocity, or if it needs an attitude that is missing."""
-    if (odometry := messages.get("ODOMETRY")) is not None:
-        signal = _odometry(odometry, attitude)
-        if signal is not None:
-            return Velocity(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
+    odometry = messages.get("ODOMETRY")
+    if signal := _odometry(odometry, attitude):
+        return Velocity(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
     signal = _deltas(
         messages.get_from_anyone("VISION_POSITION_DELTA"), messages.components("DEBUG_FLOAT_ARRAY")
-    )
-    if signal is None:
-        signal = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
-    if signal is not None:
+    ) or _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
+    if signal:
         return Velocity(signal, False)
     signal = _of_earth(messages.get("LOCAL_POSITION_NED"), ("vx", "vy", "vz"), attitude)
-    return None if signal is None else Velocity(signal, True)
+    return Velocity(signal, True) if signal else None
 
 
 def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
@@ -95,15 +92,13 @@ def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
     return None
 
 
-def _deltas(batch: Batch | None, companions: Collection[int]) -> Signal | None:
+def _deltas(batch: Batch, companions: Collection[int]) -> Signal:
     """Mean velocity over each VISION_POSITION_DELTA, dated at its middle and in the body axes of that instant.
 
     Drivers that state no time (time_usec 0, such as BlueOS's for Water Linked) send the DVL's own velocity times the
     interval, which was never turned. So does our companion, one of the components `companions` (it sends the contract's
     arrays): its velocity is that of the end.
     """
-    if batch is None:
-        return None
     step_s = batch.fields["time_delta_usec"].astype(np.float64) * 1e-6
     with np.errstate(divide="ignore", invalid="ignore"):
         velocity = batch.fields["position_delta"].astype(np.float64) / step_s[:, None]
@@ -112,14 +107,11 @@ def _deltas(batch: Batch | None, companions: Collection[int]) -> Signal | None:
     half = 0.5 * batch.fields["angle_delta"].astype(np.float64)
     stated = (batch.fields["time_usec"] > 0) & np.isfinite(half).all(axis=1)
     velocity[stated] = rotation.turned_by(half[stated], velocity[stated])
-    middle = _where(batch.time_s - step_s / 2, velocity, step_s > 0)
     # Behind a link that stalled, messages arrive at once, and a long step's middle before that of the step before.
-    return None if middle is None else middle.in_order()
+    return _where(batch.time_s - step_s / 2, velocity, step_s > 0).in_order()
 
 
-def _of_earth(batch: Batch | None, names: tuple[str, str, str], attitude: Signal | None) -> Signal | None:
-    if batch is None:
-        return None
+def _of_earth(batch: Batch, names: tuple[str, str, str], attitude: Signal | None) -> Signal | None:
     return _turned(batch.time_s, batch.columns(*names), np.ones(len(batch.time_s), np.bool_), attitude)
 
 
@@ -144,20 +136,20 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     signals: dict[str, Signal | None] = _contract(messages)
     firmware = _firmware(messages)
     for field, signal in _of_autopilots(messages, firmware).items():
-        if signals.get(field) is None:
+        if not signals.get(field):
             signals[field] = signal
     velocity = velocity_of(messages, signals.get("attitude"))
     if velocity is not None:
         signals["velocity"] = velocity.signal
-        if not velocity.filtered and signals.get("pressure") is not None:
+        if not velocity.filtered and signals.get("pressure"):
             # The autopilot's own depth comes out of its filter, late; a DVL beside it is judged by the pressure.
             signals["depth"] = None
-    if (pressure := signals.get("pressure")) is not None and _holds_pressure(messages, firmware):
+    if (pressure := signals.get("pressure")) and _holds_pressure(messages, firmware):
         read = None if velocity is None or velocity.filtered else velocity.signal
         signals["pressure"] = held_pressure.dated(pressure, read, signals.get("attitude"))
     sent = np.unique(frames.message[frames.system == messages.system], return_counts=True)
     return {
-        **{field: signal for field, signal in signals.items() if signal is not None},
+        **{field: signal for field, signal in signals.items() if signal},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
         "stamped_s": STAMPED_S if firmware is None else firmware.stamped_s,
         "unix_at_boot_s": _unix_at_boot_s(messages),
@@ -171,10 +163,9 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
 
 def _firmware(messages: Messages) -> Firmware | None:
     """The firmware of the vehicle's autopilot, None for one that is not supported, or none."""
-    known = (
-        each for each in table.FIRMWARES if messages.get("HEARTBEAT", autopilot=each.autopilot) is not None
+    return next(
+        (each for each in table.FIRMWARES if messages.get("HEARTBEAT", autopilot=each.autopilot)), None
     )
-    return next(known, None)
 
 
 def _motors(messages: Messages) -> int:
@@ -232,25 +223,20 @@ def _holds_pressure(messages: Messages, firmware: Firmware | None) -> bool:
     stamp."""
     if firmware is None or not firmware.holds_pressure:
         return False
-    batch, autopilot = (
-        messages.get("SCALED_PRESSURE2"),
-        messages.get("HEARTBEAT", autopilot=firmware.autopilot),
-    )
-    return (
-        batch is not None and autopilot is not None and bool(batch.components[0] == autopilot.components[0])
+    pressures = messages.get("SCALED_PRESSURE2").components[:1]
+    return bool(
+        np.isin(pressures, messages.get("HEARTBEAT", autopilot=firmware.autopilot).components[:1]).any()
     )
 
 
 def _of_autopilots(messages: Messages, firmware: Firmware | None) -> dict[str, Signal | None]:
     """An autopilot's messages, for signals without the contract's own message. A simulator's truth is ignored."""
     gyro, force = _scaled_imu(messages)
-    depth = _columns(messages.get("GLOBAL_POSITION_INT"), ("relative_alt",), -1e-3)
-    if depth is None:
-        depth = _columns(messages.get("VFR_HUD"), ("alt",), -1.0)
     signals = {
         "gyro": gyro,
         "specific_force": force,
-        "depth": depth,
+        "depth": _columns(messages.get("GLOBAL_POSITION_INT"), ("relative_alt",), -1e-3)
+        or _columns(messages.get("VFR_HUD"), ("alt",), -1.0),
         "pwm": _servos(messages.get("SERVO_OUTPUT_RAW", port=0)),
         "sticks": _columns(messages.get_from_anyone("MANUAL_CONTROL"), ("x", "y", "z", "r")),
         "voltage": _supply_voltage(messages.get("SYS_STATUS")),
@@ -265,7 +251,7 @@ def _of_autopilots(messages: Messages, firmware: Firmware | None) -> dict[str, S
 def _stated(messages: Messages, names: Iterable[str]) -> dict[str, float]:
     """Those of these parameters that the run states, as it last does."""
     stated = ((name, messages.get("PARAM_VALUE", param_id=name.encode())) for name in names)
-    return {name: float(batch.fields["param_value"][-1]) for name, batch in stated if batch is not None}
+    return {name: float(batch.fields["param_value"][-1]) for name, batch in stated if batch}
 
 
 def _columns(batch: Batch | None, names: tuple[str, ...], scale: float = 1.0) -> Signal | None:
@@ -276,23 +262,20 @@ def _data(batch: Batch, width: int | None = None) -> Array:
     return batch.fields.first("data", width).astype(np.float64)
 
 
-def _where(time_s: Array, value: Array, good: NDArray[np.bool_]) -> Signal | None:
-    return Signal(time_s[good], value[good]) if good.any() else None
+def _where(time_s: Array, value: Array, good: NDArray[np.bool_]) -> Signal:
+    return Signal(time_s[good], value[good])
 
 
-def _updated(batch: Batch | None, bits: int, names: tuple[str, ...]) -> Signal | None:
+def _updated(batch: Batch, bits: int, names: tuple[str, ...]) -> Signal:
     """Fields of the messages that mark them as new in `fields_updated`."""
-    if batch is None:
-        return None
     return _where(batch.time_s, batch.columns(*names), batch.fields["fields_updated"] & bits == bits)
 
 
 def _attitude(messages: Messages) -> Signal | None:
     """ATTITUDE_QUATERNION, or ATTITUDE if that comes faster."""
-    quaternion = _columns(messages.get("ATTITUDE_QUATERNION"), ("q1", "q2", "q3", "q4"))
-    euler = messages.get("ATTITUDE")
-    if euler is None or (quaternion is not None and len(quaternion) >= len(euler.time_s)):
-        return quaternion
+    quaternion, euler = messages.get("ATTITUDE_QUATERNION"), messages.get("ATTITUDE")
+    if len(quaternion) >= len(euler):
+        return _columns(quaternion, ("q1", "q2", "q3", "q4"))
     angles = euler.columns("roll", "pitch", "yaw")
     return Signal(euler.time_s, rotation.quaternions_from_euler(*angles.T))
 
@@ -305,25 +288,20 @@ def _scaled_imu(messages: Messages) -> tuple[Signal | None, Signal | None]:
     """
     candidates = [messages.get("SCALED_IMU2"), messages.get("SCALED_IMU"), messages.get("RAW_IMU", id=0)]
     # A missing second IMU is reported as zeros.
-    batches = [b for b in candidates if b is not None and b.columns("xacc", "yacc", "zacc").any()]
-    imu = max(batches, key=lambda batch: len(batch.time_s), default=None)
+    imu = max((b for b in candidates if b.columns("xacc", "yacc", "zacc").any()), key=len, default=None)
     force = _columns(imu, ("xacc", "yacc", "zacc"), MILLI_G)
     attitude = messages.get("ATTITUDE")
-    if attitude is not None and (imu is None or len(attitude.time_s) > AS_OFTEN * len(imu.time_s)):
+    if attitude and (imu is None or len(attitude) > AS_OFTEN * len(imu)):
         return _columns(attitude, ("rollspeed", "pitchspeed", "yawspeed")), force
     return _columns(imu, ("xgyro", "ygyro", "zgyro"), 1e-3), force
 
 
-def _outputs(batch: Batch | None) -> Signal | None:
-    if batch is None:
-        return None
+def _outputs(batch: Batch) -> Signal | None:
     return driven_outputs(batch.time_s, batch.fields["actuator"].astype(np.float64))
 
 
-def _servos(batch: Batch | None) -> Signal | None:
+def _servos(batch: Batch) -> Signal | None:
     """Pulses in microseconds, one column per output, up to the first output that is never driven."""
-    if batch is None:
-        return None
     return driven_outputs(batch.time_s, batch.columns(*(f"servo{i}_raw" for i in range(1, 17))))
 
 
@@ -337,49 +315,37 @@ def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:
     return Signal(batch.time_s, data[:, : int(used.max(initial=0)) + 1])
 
 
-def _altitude(batch: Batch | None) -> Signal | None:
+def _altitude(batch: Batch) -> Signal:
     """Distance to the bottom by the first of several sounders that look down."""
-    if batch is None:
-        return None
     cm, number = batch.columns("current_distance"), batch.fields["id"]
     cm[(cm[:, 0] == 0) | (cm[:, 0] > batch.fields["max_distance"])] = np.nan
-    first = number == number.min()
+    first = number == number.min(initial=255)
     return Signal(batch.time_s[first], cm[first] * 1e-2)
 
 
-def _pack_voltage(batch: Batch | None) -> Signal | None:
+def _pack_voltage(batch: Batch) -> Signal:
     """Sum of the cells if the autopilot lists them separately; 65535 marks an absent cell."""
-    if batch is None:
-        return None
     cells = batch.fields["voltages"].astype(np.float64)
     cells[cells == 65535] = 0.0
     pack_v = cells.sum(axis=1, keepdims=True) * 1e-3
     return _where(batch.time_s, pack_v, pack_v[:, 0] > 0)
 
 
-def _supply_voltage(batch: Batch | None) -> Signal | None:
+def _supply_voltage(batch: Batch) -> Signal:
     """The autopilot's own reading, in V: 0 and 65535 mV are none."""
-    if batch is None:
-        return None
     millivolts = batch.columns("voltage_battery")
     return _where(batch.time_s, millivolts * 1e-3, (millivolts[:, 0] > 0) & (millivolts[:, 0] < 65535))
 
 
-def _armed(messages: Messages) -> Signal | None:
+def _armed(messages: Messages) -> Signal:
     """Armed state from the heartbeats of the thrusters' commander: an autopilot before an onboard computer."""
     kinds = (*(firmware.autopilot for firmware in table.FIRMWARES), *GENERIC)
     autopilots = (messages.get("HEARTBEAT", autopilot=kind) for kind in kinds)
-    batch = next((heartbeats for heartbeats in autopilots if heartbeats is not None), None) or messages.get(
-        "HEARTBEAT"
-    )
-    if batch is None:
-        return None
+    batch = next(filter(None, autopilots), None) or messages.get("HEARTBEAT")
     return Signal(batch.time_s, ((batch.fields["base_mode"] & ARMED) != 0).astype(np.float64)[:, None])
 
 
-def _gnss(batch: Batch | None) -> Signal | None:
-    if batch is None:
-        return None
+def _gnss(batch: Batch) -> Signal:
     fields = batch.fields
     value = batch.columns("lat", "lon", "vel", "cog") * np.array([1e-7, 1e-7, 1e-2, np.pi / 18000])
     value[fields["vel"] == 65535, 2] = np.nan
@@ -389,8 +355,6 @@ def _gnss(batch: Batch | None) -> Signal | None:
 
 def _unix_at_boot_s(messages: Messages) -> float | None:
     batch = messages.get("SYSTEM_TIME")
-    if batch is None:
-        return None
     unix_s = batch.fields["time_unix_usec"].astype(np.float64) * 1e-6
     dated = unix_s > HAS_DATE_S
     return float(np.median((unix_s - batch.time_s)[dated])) if dated.any() else None
