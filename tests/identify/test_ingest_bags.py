@@ -21,6 +21,7 @@ from bridge.errors import LogError
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import bag_files, read_bag
+from identify.ingest.ros.db3 import rows_in
 from identify.ingest.ros.recorded import ZSTD_MAGIC
 from tui import cli
 
@@ -351,6 +352,26 @@ def test_a_bag_that_is_cut_anywhere_gives_what_is_before_or_one_sentence(tmp_pat
     assert longest == COUNT
 
 
+def test_a_cut_database_gives_all_rows_that_it_still_holds(tmp_path: Path) -> None:
+    """Rows of a few bytes and of several pages, whose index to them is lost: SQLite itself reads none of them."""
+    file = tmp_path / "rows.db3"
+    numbers = range(1, 3001)
+    held = [(n, n % 3, n * 10**9, random.Random(n).randbytes(40 if n % 50 else 20_000)) for n in numbers]
+    with sqlite3.connect(file) as database:
+        database.execute("CREATE TABLE messages(id INTEGER PRIMARY KEY, topic_id, timestamp, data)")
+        database.execute("CREATE TABLE other(id INTEGER PRIMARY KEY, word)")
+        database.executemany("INSERT INTO messages VALUES (?, ?, ?, ?)", held)
+        database.execute("INSERT INTO other VALUES (1, 'word')")
+    database.close()
+    data = file.read_bytes()
+    assert rows_in(data, 4096, 4) == held
+    for share in (0.3, 0.6, 0.9):
+        rows = rows_in(data[: int(share * len(data))], 4096, 4)
+        assert rows == held[: len(rows)]
+        assert abs(len(rows) / len(held) - share) < 0.03
+    assert rows_in(data, 16, 4) == []
+
+
 def test_of_a_chunk_that_is_cut_the_beginning_is_read(tmp_path: Path) -> None:
     file = write_bag(tmp_path, "bag", swim(ROS1, 1), chunk_bytes=1 << 20)
     data = file.read_bytes()
@@ -385,7 +406,7 @@ def test_damage_in_the_middle_of_a_bag_costs_its_chunk_alone(
     assert turned == sorted(turned)
     assert 0 < len(lost) == lost[-1] - lost[0] + 1 < count / 2
     assert turned[-1] == count - 1
-    assert f"{file.name} is cut off or damaged: all that can be read of it was." in recorded.notes
+    assert f"{file.name} is cut off or damaged: all that is whole was read." in recorded.notes
 
 
 def test_a_damaged_message_that_its_recorder_packed_by_itself_costs_no_other(tmp_path: Path) -> None:
@@ -397,7 +418,7 @@ def test_a_damaged_message_that_its_recorder_packed_by_itself_costs_no_other(tmp
     recorded = read_bag([file])
     read = [len(stream.columns["received"]) for stream in recorded.streams]
     assert sorted(read) == [COUNT - 1, COUNT, COUNT]
-    assert f"{file.name} is cut off or damaged: all that can be read of it was." in recorded.notes
+    assert f"{file.name} is cut off or damaged: all that is whole was read." in recorded.notes
 
 
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
@@ -406,7 +427,7 @@ def test_a_cut_is_said(tmp_path: Path, form: str) -> None:
     data = file.read_bytes()
     file.write_bytes(data[: len(data) * 7 // 10])
     notes = read_bag([file]).notes
-    assert f"{file.name} is cut off or damaged: all that can be read of it was." in notes
+    assert f"{file.name} is cut off or damaged: all that is whole was read." in notes
 
 
 @pytest.mark.parametrize("form", ["bag", "mcap", "db3"])
@@ -414,7 +435,9 @@ def test_a_cut_before_the_first_message_says_that_nothing_can_be_read(tmp_path: 
     file = write_bag(tmp_path, form, swim(store_of(form), COUNT))
     file.write_bytes(file.read_bytes()[:120])
     _, said = read_or_refused(file)
-    assert said.startswith(f"{file}: is cut off or damaged, and no message with numbers can be read of it")
+    assert said.startswith(
+        f"{file}: is cut off or damaged before its first message with numbers, so nothing can be"
+    )
 
 
 @pytest.mark.parametrize("form", rest_in_soak(FORMS, keep=3))

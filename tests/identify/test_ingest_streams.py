@@ -223,9 +223,9 @@ def test_of_a_packed_bag_that_is_cut_the_beginning_is_read(tmp_path: Path, form:
     file.unlink()
     recorded = read_streams(packed)
     assert {stream.name for stream in recorded.streams} == {"/imu", "/thrusters", "/dvl/twist"}
-    assert f"{packed.name} is cut off or damaged: all that can be read of it was." in recorded.notes
+    assert f"{packed.name} is cut off or damaged: all that is whole was read." in recorded.notes
     packed.write_bytes(data[:20])
-    with pytest.raises(LogError, match=r"is cut off or damaged, and no message with numbers can be read"):
+    with pytest.raises(LogError, match=r"is cut off or damaged before its first message with numbers"):
         read_streams(packed)
 
 

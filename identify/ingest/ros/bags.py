@@ -81,10 +81,11 @@ def read_bag(files: Sequence[Path]) -> Streams:
         )
     if not streams and cut and not undefined:
         raise LogError(
-            "is cut off or damaged, and no message with numbers can be read of it; copy it again, or give another bag",
+            "is cut off or damaged before its first message with numbers, so nothing can be read; copy it again, or "
+            "give another bag",
             cut[0],
         )
-    notes += [f"{file.name} is cut off or damaged: all that can be read of it was." for file in cut]
+    notes += [f"{file.name} is cut off or damaged: all that is whole was read." for file in cut]
     if not streams:
         said = "".join(f" {note}" for note in notes[-1:])
         raise LogError(f"holds no message with numbers that can be read; check the bag.{said}", files[0])
