@@ -13,16 +13,10 @@ from bench.baselines import closed_form
 from bench.campaigns import Dived, dived
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import PAPER, SMALL, PaperOptions, estimate_with_curves
-from bench.stamp import BASELINES, LEARNT, SIMULATED, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph, percent, table
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    *BASELINES,
-    "bench/campaigns.py",
-    "bench/paper_network.py",
-)
+SOURCES = (reached("bench/paper_network.py"), *PAPERS_VEHICLE)
 CONFIGURATION = "survey"
 HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch", "one epoch", "all epochs")
 

@@ -15,18 +15,22 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.table import METHODS as PRODUCT
 from identify.estimators.table import Estimator, estimator
 from identify.nuisance import trim
 
-OWN = {"closed form": "bench.baselines.closed_form", "least squares": "bench.baselines.least_squares"}
+OWN = {
+    "closed form": "bench.baselines.closed_form",
+    "least squares": "bench.baselines.least_squares",
+    "PySINDy": "bench.baselines.sindy",
+    "PySINDy weak": "bench.baselines.sindy_weak",
+}
 TITLES = {
     "likelihood": "likelihood",
     "pinn": "pinn",
     "closed form": "closed form of the paper's loss",
     "least squares": "finite-difference least squares",
 }
-NOT_HERE = "`pinn` is not among the methods of this build and is left out."
+"""The methods that thrift and prediction compare, the product's first."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +47,6 @@ class Answer:
     outcome: str
     seconds: float
     refusal: str = ""
-
-
-def methods() -> tuple[str, ...]:
-    """The compared methods, the product's first."""
-    return tuple(name for name in TITLES if name in PRODUCT or name in OWN)
 
 
 def method(name: str) -> Estimator:

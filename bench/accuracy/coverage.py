@@ -11,7 +11,7 @@ import numpy as np
 from bench.accuracy.pooled import share95
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph, table
 from bridge.errors import FitError
 from identify.estimators.table import DEFAULT, estimator
@@ -21,13 +21,7 @@ GOAL = 0.93, 0.97
 HEAD = (
     "configuration", "parameter", "trials", "inside 95 %", "mean z", "spread of z", "median relative standard error",
 )  # fmt: skip
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/campaigns.py",
-    "bench/accuracy/coverage.py",
-    "bench/accuracy/pooled.py",
-)
+SOURCES = (reached("bench/accuracy/coverage.py"), *PAPERS_VEHICLE)
 
 
 @dataclass(frozen=True)

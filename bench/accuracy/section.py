@@ -9,13 +9,15 @@ import numpy as np
 from bench.accuracy.tally import TELLING, Case, Tally, inside95, median_ratio, root_mean_square, tally
 from bench.accuracy.trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, rows_of
 from bench.remembered import Remembered, pack
+from bench.stamp import VEHICLES, reached
 from bench.words import in_a_word, paragraph, table
 from bridge.vehicle.coefficients import COEFFICIENTS
 from identify.estimators.comparison import LEAST_DIFFERENCE
 from identify.estimators.comparison import apart as beyond_intervals
-from identify.estimators.table import SIDE_BY_SIDE
+from identify.estimators.table import METHODS, SIDE_BY_SIDE
 
-JUDGED = ("likelihood", "pinn")
+SOURCES = (reached("bench/accuracy/section.py"), *VEHICLES)
+JUDGED = tuple(METHODS)
 RATIO_GOAL = 1.15
 COVERAGE_GOAL = (0.93, 0.97)
 BEYOND_3_GOAL = 0.006

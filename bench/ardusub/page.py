@@ -23,8 +23,7 @@ from bench.ardusub.following import ALONE
 from bench.ardusub.following import measured as measured_following
 from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
-from bench.ardusub.sources import SOURCES
-from bench.stamp import ROOT, stamp
+from bench.stamp import CURVES, ROOT, stamp
 from bench.words import percent
 from bench.words import table as bench_table
 from bridge import exit_codes
@@ -32,6 +31,12 @@ from bridge.errors import FitError
 from bridge.files import write_whole
 from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
+
+SOURCES: Final = (
+    "bench/ardusub", "bench/ardusub/*.yaml", "bench/operation/flying.py", "bridge", "bridge/ardusub/applet.lua",
+    "gcs_plugin/flying", "identify", "tui/flight_recording.py", "configs/vehicles/bluerov2.yaml", CURVES,
+)  # fmt: skip
+"""The code that the figures of the real firmware's dives depend on (`bench.stamp`)."""
 
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
 BEGIN_FOLLOWED: Final = "<!-- the ways to follow the sticks, written by python -m bench ardusub -->"

@@ -12,15 +12,30 @@ from pathlib import Path
 
 from bench.diagnosis import goals
 from bench.diagnosis.plan import FULL, SHORT, Planned, power_planned
-from bench.diagnosis.sources import DECIDED
 from bench.diagnosis.tables import EACH_POINT, by_size, judged
 from bench.diagnosis.trials import trial, trial_job
 from bench.remembered import Data, Job, Remembered, pack
-from bench.stamp import ROOT, stamp
+from bench.stamp import CURVES, ROOT, reached, stamp
 from bench.words import paragraph, table
 from identify.challenge.score import CLEAR, Rate
 
 POINTS = 3
+CARRIED = ("identify/effects/", "bridge/vehicle/")
+
+
+def _decides(path: str) -> bool:
+    return path.startswith(CARRIED) or not path.startswith(
+        ("bridge/", "identify/ingest/", "identify/report/")
+    )
+
+
+DECIDED = (
+    reached("bench/diagnosis/trials.py", "identify/challenge/score.py", belongs=_decides),
+    CURVES,
+)
+"""Code that plants an effect and names it, without the link and the files between: its values are tested separately,
+and a change there does not discard rows of the power curves, which take hours."""
+SOURCES = (*DECIDED, *(f"bench/diagnosis/{name}.py" for name in ("goals", "power", "tables")))
 
 
 def section(cache: Path, results: Path, short: bool) -> str:

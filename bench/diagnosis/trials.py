@@ -15,9 +15,8 @@ from typing import Any
 import numpy as np
 
 from bench.diagnosis.plan import Planned
-from bench.diagnosis.sources import ANSWERS
 from bench.remembered import Data, Job, Remembered, finite
-from bench.stamp import stamp
+from bench.stamp import CURVES, reached, stamp
 from bridge.errors import SeatrialError
 from identify.challenge.answer import Answer, answer_of
 from identify.challenge.case import Case, check_of, dive_of
@@ -29,6 +28,7 @@ from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import read_dive
 
+SOURCES = (reached("bench/diagnosis/trials.py"), CURVES)
 CHECKED = ("one", "two")
 """Groups with a check dive, because they have a gap that can be closed."""
 
@@ -57,7 +57,7 @@ class Trial:
 
 def measured(plan: Sequence[Planned], kept: Remembered, words: str) -> list[Trial]:
     """The trials of all dives; those missing in `kept` are diagnosed, one core each."""
-    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*ANSWERS)}": partial(trial_job, dive) for dive in plan}
+    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*SOURCES)}": partial(trial_job, dive) for dive in plan}
     return [trial(data) for data in kept.fill(jobs, words).values()]
 
 

@@ -47,10 +47,9 @@ def _make(arguments: argparse.Namespace) -> None:
 
 
 def _score(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> None:
-    from bench.field.answers import folder_job
+    from bench.field.answers import SOURCES, folder_job
     from bench.field.score import judged
     from bench.field.section import lines
-    from bench.field.sources import ANSWERS
 
     folders = [place.parent for folder in arguments.folders for place in sorted(folder.glob("**/truth.yaml"))]
     if not folders:
@@ -58,7 +57,7 @@ def _score(parser: argparse.ArgumentParser, arguments: argparse.Namespace) -> No
     with tempfile.TemporaryDirectory() as spare:
         kept = Remembered(arguments.kept or Path(spare) / "kept.jsonl")
         jobs = {
-            f"{folder.resolve()}:{_digest(folder)}:{stamp(*ANSWERS)}": partial(folder_job, folder)
+            f"{folder.resolve()}:{_digest(folder)}:{stamp(*SOURCES)}": partial(folder_job, folder)
             for folder in folders
         }
         cases = [judged(data) for data in kept.fill(jobs, "field dives").values()]

@@ -4,9 +4,11 @@ from pathlib import Path
 
 from bench.field.export import STATION
 from bench.field.score import Judged
+from bench.field.section import SOURCES as FIELD
 from bench.field.section import cases_of, further_figures, goals, wrong
 from bench.words import paragraph
 
+SOURCES = (*FIELD, "bench/field/ground_station.py")
 SEED, COUNT = 610_000, 56
 SHORT_SEED, SHORT_COUNT = 395_000, 8
 """Nothing is tuned on dives of SEED; the short form, which anyone may look at, uses seeds of development."""

@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from bench.diagnosis.goals import figure_words
+from bench.field.answers import SOURCES as ANSWERED
 from bench.field.answers import Planned, planned_job
 from bench.field.draw import DIVE_S, NONE, plan
 from bench.field.export import COMPANION, Rates
 from bench.field.regressions import HORIZONS_S, NAMES
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
-from bench.field.sources import ANSWERS
 from bench.remembered import Remembered
-from bench.stamp import stamp
+from bench.stamp import reached, stamp
 from bench.words import in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
+SOURCES = (*ANSWERED, reached("bench/field/section.py"))
 SEED, COUNT = 600_000, 240
 SHORT_SEED, SHORT_COUNT = 390_000, 16
 """Nothing is tuned on dives of SEED; the short form, which anyone may look at, uses seeds of development."""
@@ -35,7 +36,7 @@ def section(cache: Path, short: bool) -> str:
 def cases_of(cache: Path, seed: int, count: int, rates: Rates) -> list[Judged]:
     """The dives of a plan and their answers, from the results in `cache`; runs those that are missing there."""
     dives = [Planned(seed, number, effect, rates) for number, effect in plan(seed, count)]
-    jobs = {f"{dive.name}:{stamp(*ANSWERS)}": partial(planned_job, dive) for dive in dives}
+    jobs = {f"{dive.name}:{stamp(*ANSWERED)}": partial(planned_job, dive) for dive in dives}
     return [judged(data) for data in Remembered(cache / "field.jsonl").fill(jobs, "field dives").values()]
 
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, reached, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph, percent, table
 from bridge.clock import Clock
 from bridge.flight.limits import FlightLimits
@@ -31,12 +31,7 @@ from identify.planning.limits import START_DEPTH_M, Limits
 from identify.run.plan import before_dives, plan
 from tui.flight_recording import recorded_crew, widths_of
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    *reached("tui/flight_recording.py", "gcs_plugin/simulated.py", "identify/run/plan.py"),
-    "bench/operation/flying.py",
-)
+SOURCES = (reached("bench/operation/flying.py"), *PAPERS_VEHICLE)
 LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)
 PLAN_S = 300.0
 COUNTDOWN_S = 3.0

@@ -15,7 +15,7 @@ import numpy as np
 
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
-from bench.stamp import SIMULATED, reached, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import in_a_word, paragraph, table
 from bridge.simulator.direct import Itinerary, TruthRun, simulate_truth
 from bridge.simulator.missions import mission_named
@@ -27,7 +27,7 @@ from bridge.vehicle.references import Reference
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.live import LiveGap
 
-SOURCES = (*SIMULATED, *reached("bench/operation/gap_monitor.py"))
+SOURCES = (reached("bench/operation/gap_monitor.py"), *PAPERS_VEHICLE)
 
 MASS_OFF, DAMPING_OFF = 0.01, 0.03
 """Relative standard deviations of the model's coefficients from the truth."""

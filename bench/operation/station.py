@@ -19,10 +19,9 @@ from pathlib import Path
 
 from textual.pilot import Pilot
 
-from bench.campaigns import SOURCES as DIVED
 from bench.campaigns import dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, reached, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph, table
 from bridge.clock import SystemClock
 from bridge.errors import LinkError, LinkTimeout
@@ -37,7 +36,10 @@ from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
 from tui.app.station import LinkSource, Station
 
-SOURCES = (*DIVED, *LEARNT, "gcs_plugin", "tui/app/screens", *reached("bench/operation/station.py"))
+STARTED = ("tui/commands/simulate.py", "tui/commands/record.py", "identify/estimators/table.py")
+"""What the app and this start as programs of their own."""
+
+SOURCES = (reached("bench/operation/station.py", "tui/app/screens", *STARTED), "gcs_plugin", *PAPERS_VEHICLE)
 CONFIGURATION = "hovering"
 VEHICLE = f"ruvifist:{CONFIGURATION}"
 SIZE = (80, 24)

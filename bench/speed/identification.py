@@ -12,7 +12,6 @@ from typing import Any
 
 import torch
 
-from bench.accuracy.answers import NOT_HERE
 from bench.baselines import closed_form as closed
 from bench.campaigns import Dived, dived
 from bench.remembered import Data, Remembered
@@ -30,7 +29,7 @@ from bench.reproduce.paper import (
     samples,
     window_ends,
 )
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph, table
 from bridge.errors import FitError
 from bridge.vehicle.config import VehicleFile
@@ -38,14 +37,7 @@ from identify.align import AlignedDive, aligned
 from identify.estimators.table import METHODS, estimator
 from identify.ingest.open import read_dive
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/accuracy/answers.py",
-    "bench/baselines",
-    "bench/campaigns.py",
-    "bench/speed/identification.py",
-)
+SOURCES = (reached("bench/speed/identification.py"), *PAPERS_VEHICLE)
 CONFIGURATION = "survey"
 DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
 REPEATS = 3
@@ -55,7 +47,7 @@ def page(cache: Path, seed: int) -> str:
     """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
-    timed = kept.get(f"{' '.join(METHODS)} {seed}", lambda: measured(survey))
+    timed = kept.get(f"{seed}", lambda: measured(survey))
     return "\n".join(lines_of(timed))
 
 
@@ -63,10 +55,9 @@ def measured(survey: Dived) -> Data:
     """Seconds of every method, run one after the other with all cores."""
     read_s, _ = _timed(lambda: read_dive(survey.dive.source, None, survey.file))
     first, again = {}, {}
-    for name in ("likelihood", "pinn"):
-        if name in METHODS:
-            run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, _silent)
-            first[name], again[name] = _timed(run)[0], _timed(run)[0]
+    for name in METHODS:
+        run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, _silent)
+        first[name], again[name] = _timed(run)[0], _timed(run)[0]
     command_s, _ = _timed(lambda: _command(survey.dive.source))
     grid, data = _learnt(survey.dive, survey.file, PAPER)
     filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, _silent))
@@ -119,9 +110,8 @@ def lines_of(timed: Data) -> list[str]:
     whole_s = epoch_s * epochs
     first, again = timed["first"], timed["again"]
     rows = [(f"`{name}`", read_s + again[name], "yes") for name in again]
-    if len(again) == 2:
-        rows.append(("both, one after the other", read_s + sum(again.values()), "yes"))
     rows += [
+        ("both, one after the other", read_s + sum(again.values()), "yes"),
         ("the command `seatrial identify`, cold start and all", timed["command"], "yes"),
         ("closed form of the paper's loss, with filter", read_s + timed["closed, filtered"], "no"),
         ("the closed form alone: the floor", timed["closed"], "no"),
@@ -171,8 +161,6 @@ def lines_of(timed: Data) -> list[str]:
         ),
         "",
     ]
-    if "pinn" not in METHODS:
-        lines += [NOT_HERE, ""]
     return lines
 
 

@@ -10,7 +10,7 @@ from pymavlink import mavutil
 from bench.campaigns import SOURCES as DIVED
 from bench.campaigns import VEHICLE, dive, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph, table
 from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import load_vehicle
@@ -18,7 +18,7 @@ from bridge.vehicle.mode import Mode
 from bridge.wire.tlog import TlogReader
 from identify.ingest.open import read_dive
 
-SOURCES = (*DIVED, *LEARNT, "bench/speed/reading.py")
+SOURCES = (reached("bench/speed/reading.py"), *PAPERS_VEHICLE)
 CONFIGURATION = "survey"
 ROUNDS = 3
 HOUR = """

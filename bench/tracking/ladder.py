@@ -20,7 +20,7 @@ from bench import words
 from bench.accuracy.answers import answer, answered
 from bench.campaigns import VEHICLE, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.missions import mission_named
@@ -30,14 +30,7 @@ from bridge.vehicle.mode import Mode
 from identify.estimators.table import DEFAULT
 from identify.validation.tracking import phases
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/accuracy/answers.py",
-    "bench/campaigns.py",
-    "bench/tracking/ladder.py",
-    "identify/validation/tracking.py",
-)
+SOURCES = (reached("bench/tracking/ladder.py"), *PAPERS_VEHICLE)
 CONFIGURATION, MISSION = "hovering", "validation"
 AXES = {"surge": 0, "sway": 1}
 OTHER_SEA, TUNING_SEA = 700, 1700

@@ -14,7 +14,7 @@ import numpy as np
 from bench.accuracy.answers import answer, answered
 from bench.campaigns import CONFIGURATIONS, Dived, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.tracking import steady
 from bench.words import table
 from bridge.simulator.missions import mission_named
@@ -23,15 +23,7 @@ from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
 from identify.validation.tracking import PHASES, tracking_errors
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/accuracy/answers.py",
-    "bench/campaigns.py",
-    "bench/tracking/steady.py",
-    "bench/tracking/section.py",
-    "identify/validation/tracking.py",
-)
+SOURCES = (reached("bench/tracking/section.py"), *PAPERS_VEHICLE)
 OTHER_SEA = 700
 """Added to a campaign's seed for the flights after it."""
 

@@ -6,17 +6,15 @@ from itertools import pairwise
 from pathlib import Path
 
 from bench.diagnosis.goals import figure_words
-from bench.diagnosis.sources import ANSWERS as DIAGNOSED
 from bench.remembered import Remembered
-from bench.stamp import reached, stamp
+from bench.stamp import CURVES, reached, stamp
 from bench.unknown.planted import LEAST_LEFT, MOST_LIKE, MULTIPLES
 from bench.unknown.trials import Judged, judged, known_jobs, unknown_jobs
 from bench.words import in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
-MADE = ("bench/unknown/grammar.py", "bench/unknown/planted.py", "bench/unknown/trials.py")
-ANSWERS = (*DIAGNOSED, *reached(*MADE))
-SOURCES = (*ANSWERS, *reached("bench/unknown/section.py", "bench/diagnosis/goals.py"))
+ANSWERS = (reached("bench/unknown/trials.py"), CURVES)
+SOURCES = (*ANSWERS, reached("bench/unknown/section.py"))
 """Code that the figures depend on (`bench.stamp`)."""
 
 DRAWN, KNOWN, COUNT = 550_000, 551_000, 300
