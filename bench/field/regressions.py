@@ -71,7 +71,7 @@ def foretold_by(folder: Path, foretold: ForecastRow, truth: dict[str, Any]) -> d
     """Velocities (n, 6) by each plain method and by the truth; by PySINDy if the extra `bench` is installed."""
     file = load_vehicle(str(folder / "vehicle.yaml"))
     name = next(iter(file.vehicle.configurations))
-    dive, check = (read_dive(folder / f"{recording}.tlog.gz", None, file) for recording in ("dive", "check"))
+    dive, check = (read_dive(folder / f"{recording}.tlog", None, file) for recording in ("dive", "check"))
     squares = least_squares(dive, file, name)
     models = {NAMES[2]: squares, NAMES[4]: true_one(truth)}
     if find_spec("pysindy"):

@@ -12,7 +12,7 @@ import numpy as np
 from bench.diagnosis.goals import figure_words
 from bench.field.answers import SOURCES as ANSWERED
 from bench.field.answers import Planned, planned_job
-from bench.field.draw import DIVE_S, NONE, plan
+from bench.field.draw import DIVE_S, NONE, effects_of
 from bench.field.export import COMPANION, Rates
 from bench.field.regressions import HORIZONS_S, NAMES
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
@@ -35,19 +35,18 @@ def section(cache: Path, short: bool) -> str:
 
 def cases_of(cache: Path, seed: int, count: int, rates: Rates) -> list[Judged]:
     """The dives of a plan and their answers, from the results in `cache`; runs those that are missing there."""
-    dives = [Planned(seed, number, effect, rates) for number, effect in plan(seed, count)]
+    dives = [Planned(seed, number, effect, rates) for number, effect in enumerate(effects_of(seed, count))]
     jobs = {f"{dive.name}:{stamp(*ANSWERED)}": partial(planned_job, dive) for dive in dives}
     return [judged(data) for data in Remembered(cache / "field.jsonl").fill(jobs, "field dives").values()]
 
 
 def page(cases: Sequence[Judged], seed: int) -> str:
     """The section from its dives."""
-    return "\n".join(["## Field dives", "", *_introduction(cases, seed), "", *lines(cases), ""])
-
-
-def lines(cases: Sequence[Judged]) -> list[str]:
-    """The tables of the section."""
-    return [
+    lines = [
+        "## Field dives",
+        "",
+        *_introduction(cases, seed),
+        "",
         *goals(cases),
         "",
         *further_figures(cases),
@@ -76,7 +75,9 @@ def lines(cases: Sequence[Judged]) -> list[str]:
         ),
         "",
         *prediction(cases),
+        "",
     ]
+    return "\n".join(lines)
 
 
 def _introduction(cases: Sequence[Judged], seed: int) -> list[str]:
