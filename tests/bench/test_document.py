@@ -56,7 +56,7 @@ def test_a_section_of_older_code_says_so_and_one_measured_anew_no_longer():
         compared({"a": Section("## A", "old"), "b": Section("## B", "new")}, {"a": "x", "b": "new"}),
         ("a", "b"),
     )
-    assert f"<!-- section: a; code: old -->\n{OLDER}## A" in page
+    assert f"<!-- section: a; code: old; seconds: 0 -->\n{OLDER}## A" in page
     assert page.count(OLDER) == 1
     assert read(page)["a"] == Section("## A", "old", older=True)
     assert OLDER not in written(compared(read(page), {"a": "old", "b": "new"}), ("a", "b"))
