@@ -20,20 +20,14 @@ from bench.reproduce.paper import (
     SETTLED_LOSS,
     SETTLED_VALUE,
     SMALL,
-    PaperOptions,
-    Samples,
     closed_form,
     estimate_with_curves,
-    excited,
     fixed_values,
-    samples,
-    window_ends,
+    lessons,
 )
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import paragraph, table
 from bridge.errors import FitError
-from bridge.vehicle.config import VehicleFile
-from identify.align import AlignedDive, aligned
 from identify.estimators.table import METHODS, estimator
 from identify.ingest.open import read_dive
 
@@ -59,18 +53,17 @@ def measured(survey: Dived) -> Data:
         run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, _silent)
         first[name], again[name] = _timed(run)[0], _timed(run)[0]
     command_s, _ = _timed(lambda: _command(survey.dive.source))
-    grid, data = _learnt(survey.dive, survey.file, PAPER)
+    learnt = lessons(survey.dive, survey.file, CONFIGURATION, PAPER)
     filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, _silent))
     fixed = fixed_values(survey.file.vehicle.configurations[CONFIGURATION])
-    solved_s = min(_timed(lambda: closed_form(data, fixed))[0] for _ in range(REPEATS))
+    solved_s = min(_timed(lambda: closed_form(learnt.data, fixed))[0] for _ in range(REPEATS))
     small_s, (_, curves) = _timed(
         lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, SMALL)
     )
     epoch = replace(PAPER, epochs=1)
     epoch_s, _ = _timed(lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, epoch))
     return {
-        "samples": len(grid),
-        "windows": len(data.nu),
+        "samples": len(learnt.grid),
         "read": read_s,
         "first": first,
         "again": again,
@@ -84,14 +77,6 @@ def measured(survey: Dived) -> Data:
         "epoch": epoch_s,
         "threads": torch.get_num_threads(),
     }
-
-
-def _learnt(dive: Any, file: VehicleFile, options: PaperOptions) -> tuple[AlignedDive, Samples]:
-    """The training data of the paper's method."""
-    grid = aligned(dive, file, CONFIGURATION, options.rate_hz, options.cutoff_hz)
-    _, dofs = excited(grid)
-    shape = file.vehicle.configurations[CONFIGURATION]
-    return grid, samples(grid, window_ends(grid, options.window), shape, dofs)
 
 
 def _command(log: Path) -> None:
