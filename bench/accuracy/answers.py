@@ -1,14 +1,8 @@
 """Each method's answer to a dive, as plain data that a cache can keep."""
 
 import math
-import time
-from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import cast
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bench.remembered import Data
 from bridge.errors import FitError
@@ -33,55 +27,26 @@ TITLES = {
 """The methods that thrift and prediction compare, the product's first."""
 
 
-@dataclass(frozen=True)
-class Answer:
-    """`value` and `half95`, half the width of the 95 % interval, by coefficient, of the identifiable coefficients.
-
-    `half95` is empty if a method states no interval. `trim` (6,): the estimated steady wrench, N and N m. `refusal`:
-    why there is no value, "" otherwise.
-    """
-
-    value: Mapping[str, float]
-    half95: Mapping[str, float]
-    trim: NDArray[np.float64]
-    outcome: str
-    seconds: float
-    refusal: str = ""
-
-
 def method(name: str) -> Estimator:
     """`estimate` of one of the product's methods or of the benchmark's own."""
     return cast(Estimator, import_module(OWN[name]).estimate) if name in OWN else estimator(name)
 
 
 def answered(name: str, dive: Dive, file: VehicleFile, configuration: str) -> Data:
-    """A method's answer to a dive as JSON; if it refuses, the answer is empty and states the reason."""
-    started = time.perf_counter()
+    """A method's answer to a dive as JSON; if it refuses, the answer is empty and states the reason.
+
+    `value` and `half95`, half the width of the 95 % interval, by coefficient, of the identifiable coefficients; no
+    `half95` of a method that states no interval. `trim` (6,): the estimated steady wrench, N and N m. `refusal`: why
+    there is no value, "" otherwise.
+    """
     try:
         identified = method(name)(dive, file, configuration, lambda *_report: None)
     except FitError as error:
-        return {
-            "value": {}, "half95": {}, "trim": [0.0] * 6, "outcome": "refused", "refusal": str(error),
-            "seconds": time.perf_counter() - started,
-        }  # fmt: skip
+        return {"value": {}, "half95": {}, "trim": [0.0] * 6, "refusal": str(error)}
     stated = [p for p in identified.parameters if p.identifiable and p.name in BY_NAME]
     return {
         "value": {p.name: p.value for p in stated},
         "half95": {p.name: (p.high95 - p.low95) / 2 for p in stated if math.isfinite(p.high95 - p.low95)},
         "trim": [identified.nuisance.get(trim(dof), 0.0) for dof in range(6)],
-        "outcome": identified.outcome.value,
-        "seconds": time.perf_counter() - started,
         "refusal": "",
     }
-
-
-def answer(data: Data) -> Answer:
-    """Build an answer from its JSON."""
-    return Answer(
-        data["value"],
-        data["half95"],
-        np.array(data["trim"]),
-        data["outcome"],
-        data["seconds"],
-        data["refusal"],
-    )

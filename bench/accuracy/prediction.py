@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.accuracy.answers import TITLES, answer, answered
+from bench.accuracy.answers import TITLES, answered
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.missions.mission import Mission, draw_one
 from bench.remembered import Data, Remembered
@@ -206,12 +206,12 @@ def _errors(
     distances = {FLOOR: off(truth, trim)}
     stated = {}
     for name, data in models.items():
-        stated_answer = answer(data)
-        compared = {key: value for key, value in stated_answer.value.items() if key in COMPARED}
-        distances[name] = off({**truth, **compared}, np.where(COMPARED_AXES, stated_answer.trim, trim))
-        stated[name] = sum(key in COMPARED for key in truth if key in stated_answer.value)
+        values, steady = data["value"], np.array(data["trim"])
+        compared = {key: value for key, value in values.items() if key in COMPARED}
+        distances[name] = off({**truth, **compared}, np.where(COMPARED_AXES, steady, trim))
+        stated[name] = sum(key in COMPARED for key in truth if key in values)
         if name in PRODUCT:
-            distances[name + WHOLE] = off({**truth, **stated_answer.value}, stated_answer.trim)
+            distances[name + WHOLE] = off({**truth, **values}, steady)
     return {"off_m": distances, "stated": stated}
 
 

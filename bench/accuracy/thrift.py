@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.accuracy.answers import TITLES, answer, answered
+from bench.accuracy.answers import TITLES, answered
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
@@ -101,12 +101,12 @@ def _table(
     rows = []
     for method, title in TITLES.items():
         for length_s in LENGTHS_S:
-            answers = [answer(results[f"{configuration} {seed} {method}"][str(length_s)]) for seed in seeds]
+            answers = [results[f"{configuration} {seed} {method}"][str(length_s)] for seed in seeds]
             cells = []
             for name in names:
-                had = [a for a in answers if name in a.value]
-                halves = [a.half95.get(name, float("nan")) for a in had]
-                cells.append(_words(cell([a.value[name] for a in had], halves, truth[name]), len(seeds)))
+                had = [a for a in answers if name in a["value"]]
+                halves = [a["half95"].get(name, float("nan")) for a in had]
+                cells.append(_words(cell([a["value"][name] for a in had], halves, truth[name]), len(seeds)))
             rows.append((title, length_s, *cells))
     return [*table((configuration, "first, s", *names), rows), ""]
 

@@ -80,7 +80,7 @@ def page(cache: Path, dives: int) -> str:
 def measured(configuration: str, seed: int) -> Data:
     """A hand-flown mission and a flight until it is as well known: seconds of both, and their widths in per cent."""
     file = load_vehicle(f"{VEHICLE}:{configuration}")
-    flown_plan = planned(configuration)
+    flown_plan = plan_of(file, Limits())
     mission = mission_named(configuration, file.vehicle.configurations[configuration])
     with tempfile.TemporaryDirectory() as folder:
         hand = simulated.dive_with_pid(
@@ -113,11 +113,6 @@ def figures(hand_s: float, by_hand: Widths, wanted: Wanted, outcome: Outcome, to
         "hand": {name: by_hand[name] for name in wanted.names},
         "flown": {name: outcome.widths.get(name, np.inf) for name in wanted.names},
     }
-
-
-def planned(configuration: str) -> FlightPlan:
-    """The plan of the configuration, from its vehicle file alone."""
-    return plan_of(load_vehicle(f"{VEHICLE}:{configuration}"), Limits())
 
 
 def plan_of(file: VehicleFile, limits: Limits, know: Sequence[str] = ()) -> FlightPlan:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from bench.campaigns import VEHICLE
 from bench.reproduce.measures import Term, matrices
 from bench.reproduce.paper import (
     PAPER_DOFS,
@@ -32,8 +33,6 @@ from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification
 from identify.ingest.open import read_dive
 
-VEHICLE = "ruvifist"
-CONFIGURATIONS = ("survey", "hovering")
 HEADING: HeadingReference = "linear"
 DIVE_SHARE = 0.5
 PAPER_SHARE = 0.7

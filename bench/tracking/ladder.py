@@ -17,7 +17,7 @@ import numpy as np
 import yaml
 
 from bench import words
-from bench.accuracy.answers import answer, answered
+from bench.accuracy.answers import answered
 from bench.campaigns import VEHICLE, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
@@ -100,7 +100,7 @@ def _tuned(seed: int) -> Data:
 def _flights(tuned: Pid, seed: int, dives: Path) -> Data:
     """Errors in m/s by PID, mode and axis; the feed-forward's coefficients come from the campaign of that seed."""
     learnt = dived(CONFIGURATION, CONFIGURATION, seed, dives)
-    model = answer(answered(DEFAULT, learnt.dive, learnt.file, CONFIGURATION)).value
+    model = answered(DEFAULT, learnt.dive, learnt.file, CONFIGURATION)["value"]
     return {
         name: {mode.name: _errors(pid, mode, model, seed + OTHER_SEA) for mode in (Mode.OFF, Mode.BOTH)}
         for name, pid in _pids(tuned).items()

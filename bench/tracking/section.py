@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.accuracy.answers import answer, answered
+from bench.accuracy.answers import answered
 from bench.campaigns import CONFIGURATIONS, Dived, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
@@ -62,7 +62,7 @@ def flights(configuration: str, seed: int, dives: Path) -> Data:
     `steady`: of the legs, by parameters, axis and speed; `validation`, in hovering only: of the paper's modes.
     """
     learnt = dived(configuration, configuration, seed, dives)
-    model = answer(answered(DEFAULT, learnt.dive, learnt.file, configuration)).value
+    model = answered(DEFAULT, learnt.dive, learnt.file, configuration)["value"]
     sea = seed + OTHER_SEA
     shape = learnt.file.vehicle.configurations[configuration]
     spans = mission_named(configuration, shape).spans()

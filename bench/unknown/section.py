@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
@@ -9,7 +10,8 @@ from bench.diagnosis.goals import figure_words
 from bench.remembered import Remembered
 from bench.stamp import CURVES, reached, stamp
 from bench.unknown.planted import LEAST_LEFT, MOST_LIKE, MULTIPLES
-from bench.unknown.trials import Judged, judged, known_jobs, unknown_jobs
+from bench.unknown.trials import KNOWN as KNOWN_EFFECTS
+from bench.unknown.trials import Judged, judged, known_job, unknown_job
 from bench.words import in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
@@ -27,10 +29,13 @@ def section(cache: Path, short: bool) -> str:
     """The section, from the results in `cache`; runs the dives that are missing there."""
     first, other, count = (SHORT_DRAWN, SHORT_KNOWN, SHORT_COUNT) if short else (DRAWN, KNOWN, COUNT)
     kept, code = Remembered(cache / "unknown.jsonl"), stamp(*ANSWERS)
-    jobs = {f"{key}:{code}": job for key, job in unknown_jobs(first, count).items()}
-    drawn = [judged(data) for data in kept.fill(jobs, "drawn forces").values()]
-    jobs = {f"{key}:{code}": job for key, job in known_jobs(other, count).items()}
-    known = [judged(data) for data in kept.fill(jobs, "known effects").values()]
+    drawn_jobs = {f"drawn {first + i}:{code}": partial(unknown_job, first + i) for i in range(count)}
+    known_jobs = {
+        f"known {other + i}:{code}": partial(known_job, other + i, KNOWN_EFFECTS[i % len(KNOWN_EFFECTS)])
+        for i in range(count)
+    }
+    drawn = [judged(data) for data in kept.fill(drawn_jobs, "drawn forces").values()]
+    known = [judged(data) for data in kept.fill(known_jobs, "known effects").values()]
     return page(drawn, known)
 
 

@@ -18,7 +18,7 @@ from bench import document
 from bench import stamp as stamps
 from bench.accuracy import section as accuracy
 from bench.accuracy import thrift
-from bench.accuracy.answers import answer, answered
+from bench.accuracy.answers import answered
 from bench.accuracy.trials import Stated, Trial
 from bench.baselines import closed_form
 from bench.campaigns import Dived
@@ -369,14 +369,7 @@ def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered(
 
 
 def test_the_thrift_says_how_long_the_hovering_campaign_is(tmp_path, monkeypatch):
-    refused = {
-        "value": {},
-        "half95": {},
-        "trim": [],
-        "outcome": "refused",
-        "seconds": 0.0,
-        "refusal": "short",
-    }
+    refused = {"value": {}, "half95": {}, "trim": [], "refusal": "short"}
     campaign = SimpleNamespace(truth={}, dive=SimpleNamespace(duration_s=700.4))
     answers = dict.fromkeys(map(str, thrift.LENGTHS_S), refused)
     monkeypatch.setattr(thrift, "dived", lambda *_: campaign)
@@ -420,18 +413,18 @@ def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them():
 def test_a_refusal_is_an_answer_with_its_reason():
     mission = draw_one(100_003)
     empty = replace(mission.dive, velocity=None, gyro=None, fog=None)
-    refusal = answer(answered("closed form", empty, mission.file, mission.configuration))
-    assert refusal.value == {}
-    assert "nothing can be identified" in refusal.refusal
+    refusal = answered("closed form", empty, mission.file, mission.configuration)
+    assert refusal["value"] == {}
+    assert "nothing can be identified" in refusal["refusal"]
 
 
 def test_the_methods_of_others_answer_a_mission_with_finite_values():
     mission = draw_one(100_003, seconds=60.0)
     for name in ("closed form", "least squares"):
-        result = answer(answered(name, mission.dive, mission.file, mission.configuration))
-        assert result.value
-        assert all(math.isfinite(value) for value in result.value.values())
-        assert set(result.half95) <= set(result.value)
+        result = answered(name, mission.dive, mission.file, mission.configuration)
+        assert result["value"]
+        assert all(math.isfinite(value) for value in result["value"].values())
+        assert set(result["half95"]) <= set(result["value"])
 
 
 def test_the_closed_form_needs_no_training_to_come_near_the_truth():

@@ -132,7 +132,7 @@ def test_a_force_is_planted_as_large_as_its_drift_was_drawn_and_again_the_same()
 
 def dive(verdict: str, *causes: str, where: tuple[str, ...] = (), hidden: str = "", seed: int = 1) -> Judged:
     parts = {} if hidden else {"memory": "lag", "timing": "bursts"}
-    return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, causes, where, 5.0)
+    return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, causes, where)
 
 
 def test_partly_counts_as_unknown_only_where_the_force_is() -> None:
