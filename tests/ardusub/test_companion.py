@@ -303,26 +303,6 @@ def test_in_alt_hold_surge_is_fed_and_yaw_is_left_to_the_autopilot(fake):
     assert fake.sticks[3] == 400
 
 
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("FS_GCS_ENABLE", 1.0), ("FS_GCS_ENABLE", 0.0), ("FS_PILOT_INPUT", 0.0), ("FRAME_CONFIG", 4.0)],
-)
-def test_an_autopilot_that_would_not_stop_or_has_another_frame_keeps_its_sticks(fake, name, value):
-    fake.parameters[name] = value
-    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
-    fake.run(8.0, aboard, pilot)
-    assert fake.parameters["SYSID_MYGCS"] == 255
-    assert any(name in text for text in pilot.texts())
-
-
-def test_sticks_of_another_ground_than_the_pilots_are_not_taken_from_it(fake):
-    fake.parameters["SYSID_MYGCS"] = 254.0
-    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
-    fake.run(5.0, aboard, pilot)
-    assert fake.parameters["SYSID_MYGCS"] == 254
-    assert any("sticks not taken: SYSID_MYGCS is 254" in text for text in pilot.texts())
-
-
 def test_merged_echoes_do_not_prove_who_holds_the_sticks(fake):
     """A read of its own does: the echo alone would be taken at face value here."""
     fake.quirks.read_s = 1.0
