@@ -10,7 +10,7 @@ from pathlib import Path
 import torch
 
 from bench.baselines import closed_form
-from bench.campaigns import Dived, dived
+from bench.campaigns import Dived, dived, silent
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import PAPER, SMALL, PaperOptions, estimate_with_curves
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
@@ -31,7 +31,7 @@ def _measured(seed: int, cache: Path) -> Data:
     """Both networks and the closed form on one dive, one after the other."""
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     begun = time.perf_counter()
-    closed = closed_form.estimate(survey.dive, survey.file, CONFIGURATION, _silent)
+    closed = closed_form.estimate(survey.dive, survey.file, CONFIGURATION, silent)
     return {
         "truth": {name: survey.truth[name] for name in closed.values() if name in survey.truth},
         "closed": dict(closed.values()),
@@ -43,8 +43,8 @@ def _measured(seed: int, cache: Path) -> Data:
 
 def _trained(survey: Dived, options: PaperOptions) -> Data:
     if options.device.type == "cuda":  # one epoch first, so that no start of the card is counted
-        estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, replace(options, epochs=1))
-    network, curves = estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, options)
+        estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, replace(options, epochs=1))
+    network, curves = estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, options)
     return {
         "values": dict(network.values()),
         "settled": curves.settled_at,
@@ -95,7 +95,3 @@ def _lines(measured: Data) -> list[str]:
 
 def _errors(values: dict[str, float], truth: dict[str, float]) -> str:
     return ", ".join(f"{name} {100.0 * (values[name] / true - 1.0):+.2f}" for name, true in truth.items())
-
-
-def _silent(*_report: object) -> None:
-    """Ignore the progress, and the values so far."""

@@ -161,10 +161,11 @@ class FieldCase:
     def truth(self) -> dict[str, Any]:
         """The hidden effect and the true vehicle, filter and sea, as plain data."""
         by, vehicle, velocity_filter = self.felt(), self.vehicle, self.filter
+        parameters = {} if self.planted is None else self.planted.parameters
         return {
             "name": self.name,
             "effect": [self.effect],
-            "effect_parameters": {} if self.planted is None else _plain(self.planted.parameters),
+            "effect_parameters": {name: _digits(value) for name, value in parameters.items()},
             "drawn_size": _digits(self.size),
             "size_over_sea": _digits(by.size if self.planted else 0.0),
             "where": by.where if self.planted else "",
@@ -186,10 +187,6 @@ class FieldCase:
 
 def _digits(value: float) -> float:
     return float(f"{value:.6g}")
-
-
-def _plain(values: dict[str, float]) -> dict[str, float]:
-    return {name: _digits(value) for name, value in values.items()}
 
 
 def effects_of(seed: int, count: int) -> list[str]:

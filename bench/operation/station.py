@@ -131,19 +131,8 @@ def _afloat(folder: Path) -> Iterator[Path]:
     os.environ["XDG_STATE_HOME"] = str(folder / "state")
     dives = folder / "dives"
     dives.mkdir()
-    words = [
-        sys.executable,
-        "-P",
-        "-m",
-        "tui",
-        "simulate",
-        "--vehicle",
-        VEHICLE,
-        "--mission",
-        "idle",
-        "--link",
-        link,
-    ]
+    simulate = f"simulate --vehicle {VEHICLE} --mission idle --link {link}"
+    words = [sys.executable, "-P", "-m", "tui", *simulate.split()]
     records = recorder.record_command(
         ["--link", link.replace("udpout", "udpin"), "--vehicle", VEHICLE, "--out", str(dives)]
     )

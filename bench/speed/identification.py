@@ -13,7 +13,7 @@ from typing import Any
 import torch
 
 from bench.baselines import closed_form as closed
-from bench.campaigns import Dived, dived
+from bench.campaigns import Dived, dived, silent
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import (
     PAPER,
@@ -50,18 +50,18 @@ def measured(survey: Dived) -> Data:
     read_s, _ = _timed(lambda: read_dive(survey.dive.source, None, survey.file))
     first, again = {}, {}
     for name in METHODS:
-        run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, _silent)
+        run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, silent)
         first[name], again[name] = _timed(run)[0], _timed(run)[0]
     command_s, _ = _timed(lambda: _command(survey.dive.source))
     learnt = lessons(survey.dive, survey.file, CONFIGURATION, PAPER)
-    filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, _silent))
+    filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, silent))
     fixed = fixed_values(survey.file.vehicle.configurations[CONFIGURATION])
     solved_s = min(_timed(lambda: closed_form(learnt.data, fixed))[0] for _ in range(REPEATS))
     small_s, (_, curves) = _timed(
-        lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, SMALL)
+        lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, SMALL)
     )
     epoch = replace(PAPER, epochs=1)
-    epoch_s, _ = _timed(lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, epoch))
+    epoch_s, _ = _timed(lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, epoch))
     return {
         "samples": len(learnt.grid),
         "read": read_s,
@@ -154,7 +154,3 @@ def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
     begun = time.perf_counter()
     result = work()
     return time.perf_counter() - begun, result
-
-
-def _silent(*_report: object) -> None:
-    """Ignore the progress, and the values so far."""

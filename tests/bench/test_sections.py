@@ -7,11 +7,9 @@ import sys
 import numpy as np
 import pytest
 
-from bench import paper_network
 from bench.operation import station
 from bench.operation.flying import figures, lines
 from bench.operation.gap_monitor import ONSETS, _lines, onset_dive
-from bench.speed import identification
 from bench.speed.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
 from bench.tracking import ladder
 from bridge.errors import LinkError, LinkTimeout
@@ -154,9 +152,3 @@ def test_the_slowest_form_is_judged_by_the_goal():
     assert "| `.bag` | 2 | 2 | 1 | 0.5 | 9 |" in lines
     assert "Goal of 3 times bare: 2.5 at most, met." in lines
     assert "Goal of 3 times bare: 4 at most, **missed**." in lines_of({".db3": measured(1.0, 4.0)})
-
-
-@pytest.mark.parametrize("module", [identification, paper_network])
-def test_what_ignores_the_progress_of_a_fit_takes_its_values_so_far_too(module):
-    module._silent(0.5, "pass 2", {"M_u": (110.0, 3.0)})
-    module._silent(0.5, "reading")
