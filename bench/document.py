@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.remembered import Remembered
-from bench.words import in_a_word, paragraph
+from bench.words import blocks, in_a_word, paragraph
 
 GOAL_MIN = 90.0
 
@@ -35,7 +35,7 @@ def _kept_s(kept: Remembered, section: str, code: str) -> float:
     return float(kept.get(key, dict)["seconds"]) if key in kept else 0.0
 
 
-def wall_lines(seconds: Mapping[str, float]) -> list[str]:
+def wall_words(seconds: Mapping[str, float]) -> str:
     """The paragraph at the top of the page: the time of `make bench` from its sections' times."""
     minutes = sum(seconds.values()) / 60
     each = ", ".join(f"{name} {wall_s / 60:.1f}" for name, wall_s in seconds.items())
@@ -98,15 +98,14 @@ def compared(sections: Mapping[str, Section], codes: Mapping[str, str]) -> dict[
 def written(sections: Mapping[str, Section], order: tuple[str, ...]) -> str:
     """The document: sections in the given order; those that `order` does not name are left out."""
     shown = {name: sections[name] for name in order if name in sections}
-    took = wall_lines({name: section.wall_s for name, section in shown.items() if not section.asked})
+    took = wall_words({name: section.wall_s for name, section in shown.items() if not section.asked})
     asked = [name for name, section in shown.items() if section.asked]
-    beyond = paragraph(f"No part of it, and run by name alone: {', '.join(asked)}.") if asked else []
-    blocks = [_block(name, section) for name, section in shown.items()]
-    return HEAD + "\n".join([*took, *beyond, "", *blocks])
+    beyond = paragraph(f"No part of it, and run by name alone: {', '.join(asked)}.") if asked else ""
+    top = "\n".join(filter(None, (took, beyond)))
+    return HEAD + blocks(top, *(_block(name, section) for name, section in shown.items())) + "\n"
 
 
 def _block(name: str, section: Section) -> str:
     mark = f"section: {name}; code: {section.code}; seconds: {section.wall_s:.0f}{'; asked' if section.asked else ''}"
     label = OLDER if section.older else ""
-    text = section.text.strip("\n")
-    return f"<!-- {mark} -->\n{label}{text}\n"
+    return f"<!-- {mark} -->\n{label}{section.text}"

@@ -14,7 +14,7 @@ from bench.campaigns import Dived, dived, silent
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import PAPER, SMALL, PaperOptions, estimate_with_curves
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
-from bench.words import paragraph, percent, table
+from bench.words import blocks, paragraph, percent, table
 
 SOURCES = (reached("bench/paper_network.py"), *PAPERS_VEHICLE)
 CONFIGURATION = "survey"
@@ -24,7 +24,7 @@ HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch"
 def page(cache: Path, seed: int) -> str:
     """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"paper_network-{stamp(*SOURCES)}.jsonl")
-    return "\n".join(_lines(kept.get(f"survey {seed}", lambda: _measured(seed, cache))))
+    return _words(kept.get(f"survey {seed}", lambda: _measured(seed, cache)))
 
 
 def _measured(seed: int, cache: Path) -> Data:
@@ -59,7 +59,7 @@ def _name(device: torch.device) -> str:
     return torch.cuda.get_device_name(device) if device.type == "cuda" else "processor"
 
 
-def _lines(measured: Data) -> list[str]:
+def _words(measured: Data) -> str:
     whole, small = measured["whole"], measured["small"]
     apart = max(abs(whole["values"][name] / small["values"][name] - 1.0) for name in measured["truth"])
     rows = [
@@ -78,19 +78,16 @@ def _lines(measured: Data) -> list[str]:
     ]
     closed = _errors(measured["closed"], measured["truth"])
     rows.append(("closed form of the same loss", closed, "", "", "", f"{measured['closed seconds']:.2g} s"))
-    return [
+    return blocks(
         "## The paper's network, whole",
-        "",
-        *paragraph(
+        paragraph(
             f"Algorithm 1 with the paper's own network, LSTM of {PAPER.depth} x {PAPER.hidden} (38.3 million weights),",
             f"for {PAPER.epochs} epochs on the paper's survey, as the simulated vehicle dives it. Errors against the",
             "truth in per cent. Settled: every parameter within 1 % of where it ends, the loss within 5 %. The two",
             f"networks end at most {percent(apart)} % apart.",
         ),
-        "",
-        *table(HEAD, rows),
-        "",
-    ]
+        table(HEAD, rows),
+    )
 
 
 def _errors(values: dict[str, float], truth: dict[str, float]) -> str:

@@ -12,7 +12,7 @@ from bench.campaigns import CONFIGURATIONS, dived
 from bench.missions.mission import Mission, draw_one
 from bench.remembered import Data, Remembered
 from bench.stamp import PAPERS_VEHICLE, VEHICLES, reached, stamp
-from bench.words import in_a_word, paragraph, table
+from bench.words import blocks, in_a_word, paragraph, table
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
@@ -153,7 +153,7 @@ def page(cache: Path, campaigns: tuple[int, ...], missions: tuple[int, ...]) -> 
         for seed in campaigns
     }
     jobs |= {f"{DRAWN} {seed}": partial(on_mission, seed) for seed in missions}
-    return "\n".join(_lines(kept.fill(jobs, "prediction")))
+    return _words_of(kept.fill(jobs, "prediction"))
 
 
 def on_campaign(configuration: str, seed: int, folder: Path) -> Data:
@@ -215,30 +215,13 @@ def _errors(
     return {"off_m": distances, "stated": stated}
 
 
-def _lines(results: Mapping[str, Data]) -> list[str]:
+def _words_of(results: Mapping[str, Data]) -> str:
     windows = {
         group: [data["off_m"] for key, data in results.items() if key.startswith(group)]
         for group in (*CONFIGURATIONS, DRAWN)
     }
     groups = [group for group, dives in windows.items() if dives]
     head = [f"{group}, rms (mean)" for group in groups]
-    lines = [
-        "## Prediction without measurement",
-        "",
-        *paragraph(
-            f"Distance between predicted and true place after {WINDOW_S:g} s, in cm. Each window begins at one DVL",
-            "reading, with the rates and the attitude of that moment; from there on the model knows the recorded",
-            "thruster commands alone. Parameters come from the paper's campaign and are tried on the validation dive",
-            "in other water; those of the drawn vehicles come from one benchmark mission each and are tried on another",
-            "manoeuvre. Each method gives mass, damping and steady force of surge, sway and yaw; heave, roll and pitch",
-            "are the truth's for all alike, and so is each of the six coefficients that a method does not state (the",
-            "last column: how many it states on average). `every axis that it states`: heave, roll and pitch too are",
-            "its own. The last row runs the truth itself: what remains is the disturbance and the noise of the start,",
-            "which no method can know, so that its figures are the floor. `over the floor`: rms over the last row's,",
-            "the mean of the columns' ratios. `lost`: windows in which the model ran away; they are in no mean.",
-        ),
-        "",
-    ]
     rows = []
     whole = [name + WHOLE for name in PRODUCT]
     for name in (*TITLES, *whole, FLOOR):
@@ -255,12 +238,27 @@ def _lines(results: Mapping[str, Data]) -> list[str]:
     counts = ", ".join(
         f"{g}: {len(windows[g])} dives, {len(_all(windows[g], FLOOR))} windows" for g in groups
     )
-    lines += table(("parameters of", *head, "over the floor", "states"), rows)
-    lines += ["", f"{counts}.", "", *_verdict(windows), ""]
-    return lines
+    return blocks(
+        "## Prediction without measurement",
+        paragraph(
+            f"Distance between predicted and true place after {WINDOW_S:g} s, in cm. Each window begins at one DVL",
+            "reading, with the rates and the attitude of that moment; from there on the model knows the recorded",
+            "thruster commands alone. Parameters come from the paper's campaign and are tried on the validation dive",
+            "in other water; those of the drawn vehicles come from one benchmark mission each and are tried on another",
+            "manoeuvre. Each method gives mass, damping and steady force of surge, sway and yaw; heave, roll and pitch",
+            "are the truth's for all alike, and so is each of the six coefficients that a method does not state (the",
+            "last column: how many it states on average). `every axis that it states`: heave, roll and pitch too are",
+            "its own. The last row runs the truth itself: what remains is the disturbance and the noise of the start,",
+            "which no method can know, so that its figures are the floor. `over the floor`: rms over the last row's,",
+            "the mean of the columns' ratios. `lost`: windows in which the model ran away; they are in no mean.",
+        ),
+        table(("parameters of", *head, "over the floor", "states"), rows),
+        f"{counts}.",
+        _verdict(windows),
+    )
 
 
-def _verdict(windows: Mapping[str, list[dict[str, list[float]]]]) -> list[str]:
+def _verdict(windows: Mapping[str, list[dict[str, list[float]]]]) -> str:
     """Means of the paper's vehicle compared with the anchor from the literature, which is a mean."""
     groups = [group for group in CONFIGURATIONS if windows[group]]
     judged = []

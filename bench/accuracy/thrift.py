@@ -11,7 +11,7 @@ from bench.accuracy.answers import TITLES, answered
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
-from bench.words import paragraph, percent, table
+from bench.words import blocks, paragraph, percent, table
 
 SOURCES = (reached("bench/accuracy/thrift.py"), *PAPERS_VEHICLE)
 LENGTHS_S = (60, 120, 300, 1000)
@@ -48,20 +48,16 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
     }
     results = kept.fill(jobs, "data thrift")
     first = {name: dived(name, name, seeds[0], dives) for name in CONFIGURATIONS}
-    lines = [
+    return blocks(
         "## Data thrift",
-        "",
-        *paragraph(
+        paragraph(
             f"Relative error (rms over {len(seeds)} seeds) and, behind it, the median of half the 95 % interval, in",
             "per cent, from the first seconds of each campaign of the source paper alone, through bytes, bridge and",
             f"MAVLink. The hovering campaign is over after {first['hovering'].dive.duration_s:.0f} s: its last line is",
             "all of it. A dash: no answer for any seed; `/n`: from n seeds only.",
         ),
-        "",
-    ]
-    for configuration in CONFIGURATIONS:
-        lines += _table(configuration, seeds, results, first[configuration].truth)
-    return "\n".join(lines)
+        *(_table(name, seeds, results, first[name].truth) for name in CONFIGURATIONS),
+    )
 
 
 def shortened(configuration: str, seed: int, name: str, dives: Path) -> Data:
@@ -96,7 +92,7 @@ def _dive(configuration: str, seed: int, dives: Path) -> Data:
 
 def _table(
     configuration: str, seeds: tuple[int, ...], results: Mapping[str, Data], truth: Mapping[str, float]
-) -> list[str]:
+) -> str:
     names = NAMES[configuration]
     rows = []
     for method, title in TITLES.items():
@@ -108,7 +104,7 @@ def _table(
                 halves = [a["half95"].get(name, float("nan")) for a in had]
                 cells.append(_words(cell([a["value"][name] for a in had], halves, truth[name]), len(seeds)))
             rows.append((title, length_s, *cells))
-    return [*table((configuration, "first, s", *names), rows), ""]
+    return table((configuration, "first, s", *names), rows)
 
 
 def _words(entry: Cell, seeds: int) -> str:

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from bench.words import in_a_word, paragraph, table
+from bench.words import blocks, in_a_word, paragraph, table
 from identify.challenge.score import CLEAR, WIDE, Measure, Rate, Score
 
 
@@ -90,20 +90,17 @@ ALSO = (
 )
 
 
-def lines(score: Score) -> list[str]:
+def words(score: Score) -> str:
     """The goals, and the other figures of the score."""
     rows = [
-        (words, figure_words(figure_of(score, measure), measure is not Measure.WRONG_CAUSES))
-        for words, measure in ALSO
+        (what, figure_words(figure_of(score, measure), measure is not Measure.WRONG_CAUSES))
+        for what, measure in ALSO
     ]
-    return [
-        *table(("goal", "figure (95 % bounds)", ""), [goal.row(score) for goal in GOALS]),
-        "",
+    return blocks(
+        table(("goal", "figure (95 % bounds)", ""), [goal.row(score) for goal in GOALS]),
         "Beside them:",
-        "",
-        *table(("what", "figure"), rows),
-        "",
-        *paragraph(
+        table(("what", "figure"), rows),
+        paragraph(
             "A goal is judged by the figure itself. A dive that the diagnosis refused names nothing, tells no degree",
             "of freedom and has no verdict, and where nothing hides it is left out of the false alarms. The true class",
             "holds the causes that no method can tell apart from such a recording",
@@ -111,4 +108,4 @@ def lines(score: Score) -> list[str]:
             "How large an effect truly is, is told by the library's form that comes nearest to what was planted, over",
             "that dive (`identify/challenge/nearest_parameters.py`); the error of a magnitude is over that.",
         ),
-    ]
+    )

@@ -56,7 +56,7 @@ def measured(kept: Remembered, short: bool) -> list[Data]:
     ]
 
 
-def lines(results: Sequence[Data]) -> list[str]:
+def words(results: Sequence[Data]) -> str:
     """The paragraph of the page."""
     all_s, both_s = [data["cores"] for data in results], [data for data in results if "one core" in data]
     median_s, slowest_s = statistics.median(all_s), max(all_s)

@@ -17,7 +17,7 @@ import numpy as np
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
-from bench.words import paragraph, percent, table
+from bench.words import blocks, paragraph, percent, table
 from bridge.clock import Clock
 from bridge.flight.limits import FlightLimits
 from bridge.links.link import Link
@@ -74,7 +74,7 @@ def page(cache: Path, dives: int) -> str:
     """The section of docs/benchmarks.md, of so many dives of each configuration."""
     kept = Remembered(cache / f"flying-{stamp(*SOURCES)}.jsonl")
     jobs = {f"{c} {n}": partial(measured, c, SEED + n) for c in CONFIGURATIONS for n in range(dives)}
-    return "\n".join(lines(kept.fill(jobs, "flying")))
+    return words(kept.fill(jobs, "flying"))
 
 
 def measured(configuration: str, seed: int) -> Data:
@@ -145,20 +145,9 @@ def flight(
     return flying.outcome, identifying.took_s
 
 
-def lines(results: dict[str, Data]) -> list[str]:
-    """The section's lines."""
-    out = [
-        "## A plan that the vehicle flies by itself",
-        "",
-        *paragraph(
-            "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
-            "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
-            "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
-            "the ways to its station and the identifications beside it. Medians."
-        ),
-        "",
-    ]
-    rows = []
+def words(results: dict[str, Data]) -> str:
+    """The section."""
+    rows, known_by = [], []
     for configuration in CONFIGURATIONS:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         # A flight that never knew enough took for ever.
@@ -170,27 +159,27 @@ def lines(results: dict[str, Data]) -> list[str]:
         rows.append(
             (configuration, len(data), f"{100 * share:.1f}%", f"{hand_s:.0f} s", *known, f"{whole_s:.0f} s")
         )
-    out += [
-        *table(HEAD, rows),
-        "",
-        "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
-        "",
-    ]
-    for configuration in CONFIGURATIONS:
-        data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         names = list(data[0]["hand"])
-        rows = [
-            (words, *(percent(float(np.median([d[way][name] for d in data]))) for name in names))
-            for way, words in (("hand", "by hand"), ("flown", "flown"))
+        widths = [
+            (by, *(percent(float(np.median([d[way][name] for d in data]))) for name in names))
+            for way, by in (("hand", "by hand"), ("flown", "flown"))
         ]
-        out += [*table((configuration, *names), rows), ""]
+        known_by.append(table((configuration, *names), widths))
     mean_s = float(np.mean([d["identify_s"] for d in results.values()]))
-    out += [
-        *paragraph(
+    return blocks(
+        "## A plan that the vehicle flies by itself",
+        paragraph(
+            "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
+            "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
+            "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
+            "the ways to its station and the identifications beside it. Medians."
+        ),
+        table(HEAD, rows),
+        "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
+        *known_by,
+        paragraph(
             "Long steady laps tell the damping of an axis better than short waves do: where a damping alone must be "
             "known that well, fly laps. Each identification of what was recorded so far took "
             f"{mean_s:.1f} s on average, beside the flight."
         ),
-        "",
-    ]
-    return out
+    )

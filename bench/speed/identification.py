@@ -26,7 +26,7 @@ from bench.reproduce.paper import (
     lessons,
 )
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
-from bench.words import paragraph, table
+from bench.words import blocks, paragraph, table
 from bridge.errors import FitError
 from identify.estimators.table import METHODS, estimator
 from identify.ingest.open import read_dive
@@ -42,7 +42,7 @@ def page(cache: Path, seed: int) -> str:
     kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     timed = kept.get(f"{seed}", lambda: measured(survey))
-    return "\n".join(lines_of(timed))
+    return words_of(timed)
 
 
 def measured(survey: Dived) -> Data:
@@ -88,7 +88,7 @@ def _command(log: Path) -> None:
     subprocess.run([command, "identify", str(log), "--vehicle", vehicle], check=True, capture_output=True)
 
 
-def lines_of(timed: Data) -> list[str]:
+def words_of(timed: Data) -> str:
     """The section."""
     read_s, epoch_s = timed["read"], timed["epoch"]
     epochs, fewest = (most(timed["settled"], timed["loss settled"]) for most in (max, min))
@@ -105,17 +105,17 @@ def lines_of(timed: Data) -> list[str]:
         (f"the same to convergence, EXTRAPOLATED to {epochs} epochs", whole_s, "no"),
     ]
     compiled = ", ".join(f"`{name}` {seconds:.1f} s" for name, seconds in first.items())
-    lines = [
+    quick = "met" if timed["command"] < DEFAULT_GOAL_S else "missed"
+    ratio = whole_s / timed["command"]
+    return blocks(
         "## Speed",
-        "",
-        *paragraph(
+        paragraph(
             f"From the log of the paper's survey ({timed['samples']} samples at 10 Hz; surge, yaw and heave) to",
             f"parameters, on {timed['threads']} cores, one after the other in one run. Reading the log takes",
             f"{read_s:.1f} s and is in every row with an interval and in the closed form with its filter. Where a",
             f"method has just been installed, its first run also compiles its kernels: {compiled}.",
         ),
-        "",
-        *table(
+        table(
             ("what", "seconds", "with intervals", "one epoch of the paper's takes", "to convergence"),
             [
                 (
@@ -128,12 +128,7 @@ def lines_of(timed: Data) -> list[str]:
                 for title, seconds, interval in rows
             ],
         ),
-    ]
-    quick = "met" if timed["command"] < DEFAULT_GOAL_S else "missed"
-    ratio = whole_s / timed["command"]
-    lines += [
-        "",
-        *paragraph(
+        paragraph(
             "The paper does not say how many epochs it trained. The small network, on the same data with the same",
             f"schedule over {timed['epochs']} epochs, has every parameter within {100 * SETTLED_VALUE:g} % of where",
             "it ends",
@@ -144,9 +139,7 @@ def lines_of(timed: Data) -> list[str]:
             f"{epoch_s * fewest / timed['command']:.0f}. Both counts are the small network's; the full one's own stand",
             "under *The paper's network, whole*.",
         ),
-        "",
-    ]
-    return lines
+    )
 
 
 def _timed(work: Callable[[], Any]) -> tuple[float, Any]:

@@ -12,7 +12,7 @@ from bench.stamp import CURVES, reached, stamp
 from bench.unknown.planted import LEAST_LEFT, MOST_LIKE, MULTIPLES
 from bench.unknown.trials import KNOWN as KNOWN_EFFECTS
 from bench.unknown.trials import Judged, judged, known_job, unknown_job
-from bench.words import in_a_word, paragraph, table
+from bench.words import blocks, in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
 ANSWERS = (reached("bench/unknown/trials.py"), CURVES)
@@ -41,26 +41,18 @@ def section(cache: Path, short: bool) -> str:
 
 def page(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
     """The section from its dives."""
-    lines = [
+    return blocks(
         "## Unknown forces, drawn by a grammar",
-        "",
-        *_introduction(drawn, known),
-        "",
-        *goals(drawn, known),
-        "",
+        _introduction(drawn, known),
+        goals(drawn, known),
         "By part of the grammar:",
-        "",
-        *by_part(drawn),
-        "",
-        *misnamed(drawn),
-        "",
-        *mistaken(known),
-        "",
-    ]
-    return "\n".join(lines)
+        by_part(drawn),
+        misnamed(drawn),
+        mistaken(known),
+    )
 
 
-def _introduction(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
+def _introduction(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
     low, high = MULTIPLES
     return paragraph(
         f"{len(drawn)} dives (seeds from {min(dive.seed for dive in drawn)} on) with one force each that",
@@ -82,7 +74,7 @@ DRIFTS = (1.5, 2.5, 4.0, 6.6)
 """Ends of the ranges of drift, in floors; a force is scaled to within a tenth of its drawn drift."""
 
 
-def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
+def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
     """Table of the goals, and of the other outcomes."""
     called, wrong = _rate(drawn, _called), _rate(known, lambda dive: dive.verdict == "unknown")
     by_name = [dive for dive in drawn if dive.verdict == "unknown"]
@@ -100,19 +92,17 @@ def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
         ),
         "known called partly": _rate(known, lambda dive: dive.verdict == "partly"),
     }
-    return [
-        *table(
+    return blocks(
+        table(
             ("goal", "figure (95 % bounds)", ""),
             [(words, figure_words(rate), in_a_word(met)) for words, rate, met in judged_by],
         ),
-        "",
         "Beside them:",
-        "",
-        *table(("what", "figure"), [(words, figure_words(rate)) for words, rate in others.items()]),
-    ]
+        table(("what", "figure"), [(words, figure_words(rate)) for words, rate in others.items()]),
+    )
 
 
-def by_part(drawn: Sequence[Judged]) -> list[str]:
+def by_part(drawn: Sequence[Judged]) -> str:
     """A row for each word of the grammar, each degree of freedom, hull, and range of drift."""
     rows = []
     for part in dict.fromkeys(part for dive in drawn for part in dive.parts):
@@ -129,13 +119,13 @@ def by_part(drawn: Sequence[Judged]) -> list[str]:
     return table(("part", "", "dives", "called unknown", "by a known cause", "no gap"), rows)
 
 
-def misnamed(drawn: Sequence[Judged]) -> list[str]:
+def misnamed(drawn: Sequence[Judged]) -> str:
     """The causes that were said to explain a drawn force."""
     said = _counted(name for dive in drawn if _by_cause(dive) for name in dive.told)
     return paragraph(f"Known causes told instead of an unknown one: {said}.")
 
 
-def mistaken(known: Sequence[Judged]) -> list[str]:
+def mistaken(known: Sequence[Judged]) -> str:
     """The effects that were called unknown."""
     return paragraph(
         f"Known effects called unknown: {_counted(dive.hidden for dive in known if dive.verdict == 'unknown')}."

@@ -95,7 +95,7 @@ def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out():
     trials[0] = Trial(1, "likelihood", {}, ("M_u", "D_u", "M_w"), "refused", 0.5)
     tallied = tally("likelihood", bounds, trials)
     assert tallied.refused_share == pytest.approx(0.1)
-    assert "`likelihood` 2 of 20 (10.0 %)" in "\n".join(accuracy.goal_lines([tallied]))
+    assert "`likelihood` 2 of 20 (10.0 %)" in accuracy.goals([tallied])
     row = next(line for line in accuracy.page(bounds, trials).splitlines() if line.startswith("| likelihood"))
     assert "| 10.0 % |" in row
 

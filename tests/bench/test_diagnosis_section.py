@@ -101,7 +101,7 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
         trial_of("novel", 4, "knocks", verdict="unknown", novel=True),
     ]  # fmt: skip
     refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1)
-    timed = speed.lines([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
+    timed = speed.words([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
     silent = Trial("none", {**trials[0].truth, "name": "none 6"}, None, "too short", 0.1)
     text = page.page([*trials, refused, silent], timed)
     assert "6 simulated dives" in text

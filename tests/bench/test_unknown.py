@@ -153,4 +153,4 @@ def test_the_page_tells_goals_parts_and_what_was_named_instead() -> None:
     assert "| drift | 2.5 to 4 floors | 10 | 80 % | 1 | 1 |" in page
     assert "Known causes told instead of an unknown one: `waves` (1)." in page
     assert "Known effects called unknown: `tether` (1)." in page
-    assert section.mistaken(known[:5]) == ["Known effects called unknown: none."]
+    assert section.mistaken(known[:5]) == "Known effects called unknown: none."
