@@ -81,7 +81,7 @@ def limit_rows(limits: FlightLimits, depth_m: float) -> list[Seven]:
     """Limits and the plan's depth as the numbers of their commands."""
     numbers = (*astuple(limits), depth_m)
     rows = [numbers[start : start + ROW] for start in range(0, len(numbers), ROW)]
-    return [(float(row), *values) for row, values in enumerate(rows)]  # type: ignore[misc]
+    return [(float(row), *values) for row, values in enumerate(rows)]
 
 
 def limits_in(rows: Sequence[Sequence[float]]) -> tuple[FlightLimits, float]:
