@@ -38,19 +38,11 @@ def main() -> None:
             text = SECTIONS[name].page(run)
         # Written after each section, so that its result is on the page even if a later section fails.
         sections = read(target.read_text(encoding="utf-8")) if target.exists() else {}
-        page = Section(
-            text, codes[name], wall_s=_took_s(run, name, codes[name], sections.get(name)), asked=name in asked
-        )
+        took_s = wall_s(run.cache / "bench", name, codes[name])
+        page = Section(text, codes[name], wall_s=took_s, asked=name in asked)
         now = {other: afresh(*measurement.sources) for other, measurement in SECTIONS.items()}
         text = written(compared({**sections, name: page}, now), tuple(SECTIONS))
         write_whole(target, text)
-
-
-def _took_s(run: Run, name: str, code: str, before: Section | None) -> float | None:
-    """Wall time of a section; None if its results were only read, and were measured when the time was not kept."""
-    if before is not None and before.code == code and before.wall_s is None:
-        return None
-    return wall_s(run.cache / "bench", name, code)
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.stamp import SIMULATED, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bridge.arrays import Array
 from bridge.links.link import memory_pair
 from bridge.simulator.body import Start
@@ -30,7 +30,7 @@ from identify.ingest.open import read_dive
 VEHICLE = "ruvifist"
 CONFIGURATIONS = ("survey", "hovering")
 """The two campaigns of the paper: each configuration dives the mission of its own name."""
-SOURCES = (*SIMULATED, "bench/campaigns.py")
+SOURCES = (reached("bench/campaigns.py"), *PAPERS_VEHICLE)
 """The code that a dive comes from (`bench.stamp`)."""
 
 
@@ -119,3 +119,7 @@ def dive(
                 for frame in framer.feed(data):
                     writer.write(unix_us, frame.raw)
     return np.array(times), np.array(states)
+
+
+def silent(*_report: object) -> None:
+    """Ignore the progress of a fit, and the values so far."""

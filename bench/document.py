@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from bench.remembered import Remembered
-from bench.words import in_a_word, paragraph
+from bench.words import blocks, in_a_word, paragraph
 
 GOAL_MIN = 90.0
 
@@ -35,23 +35,14 @@ def _kept_s(kept: Remembered, section: str, code: str) -> float:
     return float(kept.get(key, dict)["seconds"]) if key in kept else 0.0
 
 
-def wall_lines(whole: Mapping[str, float | None]) -> list[str]:
-    """The paragraph at the top of the page: the time of `make bench` from its sections' times, None if not kept."""
-    known = {name: seconds for name, seconds in whole.items() if seconds is not None}
-    lacking = [name for name in whole if name not in known]
-    if not known:
-        return paragraph("How long `make bench` took was not kept when these sections were measured.")
-    minutes = sum(known.values()) / 60
-    each = ", ".join(f"{name} {seconds / 60:.1f}" for name, seconds in known.items())
-    if not lacking:
-        verdict = f"Goal: within {GOAL_MIN:g} min: {in_a_word(minutes <= GOAL_MIN)}."
-    else:
-        verdict = (
-            f"It was not kept of {', '.join(lacking)}, so that the goal of {GOAL_MIN:g} min can't be judged."
-        )
+def wall_words(seconds: Mapping[str, float]) -> str:
+    """The paragraph at the top of the page: the time of `make bench` from its sections' times."""
+    minutes = sum(seconds.values()) / 60
+    each = ", ".join(f"{name} {wall_s / 60:.1f}" for name, wall_s in seconds.items())
     return paragraph(
         f"`make bench` took {minutes:.0f} min of wall time, the runs of its sections added up ({each}); what",
-        f"they took over from an earlier run is not in it. {verdict}",
+        "they took over from an earlier run is not in it.",
+        f"Goal: within {GOAL_MIN:g} min: {in_a_word(minutes <= GOAL_MIN)}.",
     )
 
 
@@ -63,7 +54,7 @@ HEAD = (
 )
 OLDER = "*The code behind this section has changed since it was measured.*\n\n"
 _BLOCK = re.compile(
-    r"<!-- section: (?P<name>[^;>]+?)(; code: (?P<code>\w+))?(; seconds: (?P<wall>\d+))?(?P<asked>; asked)? -->\n"
+    r"<!-- section: (?P<name>[^;>]+); code: (?P<code>\w+); seconds: (?P<wall>\d+)(?P<asked>; asked)? -->\n"
     r"(?P<text>.*?)(?=<!-- section: |\Z)",
     re.DOTALL,
 )
@@ -73,13 +64,13 @@ _BLOCK = re.compile(
 class Section:
     """The section under a mark. `code`: stamp of the code that it was measured with; `older`: that code has changed.
 
-    wall_s: time of the measurement, None if it was not kept. asked: the section is not part of `make bench`.
+    wall_s: time of the measurement. asked: the section is not part of `make bench`.
     """
 
     text: str
     code: str
     older: bool = False
-    wall_s: float | None = None
+    wall_s: float = 0.0
     asked: bool = False
 
 
@@ -89,8 +80,9 @@ def read(text: str) -> dict[str, Section]:
     for block in _BLOCK.finditer(text):
         older = block["text"].startswith(OLDER)
         body = block["text"].removeprefix(OLDER).strip("\n")
-        wall_s = float(block["wall"]) if block["wall"] else None
-        sections[block["name"]] = Section(body, block["code"] or "", older, wall_s, bool(block["asked"]))
+        sections[block["name"]] = Section(
+            body, block["code"], older, float(block["wall"]), bool(block["asked"])
+        )
     return sections
 
 
@@ -106,16 +98,14 @@ def compared(sections: Mapping[str, Section], codes: Mapping[str, str]) -> dict[
 def written(sections: Mapping[str, Section], order: tuple[str, ...]) -> str:
     """The document: sections in the given order; those that `order` does not name are left out."""
     shown = {name: sections[name] for name in order if name in sections}
-    took = wall_lines({name: section.wall_s for name, section in shown.items() if not section.asked})
+    took = wall_words({name: section.wall_s for name, section in shown.items() if not section.asked})
     asked = [name for name, section in shown.items() if section.asked]
-    beyond = paragraph(f"No part of it, and run by name alone: {', '.join(asked)}.") if asked else []
-    blocks = [_block(name, section) for name, section in shown.items()]
-    return HEAD + "\n".join([*took, *beyond, "", *blocks])
+    beyond = paragraph(f"No part of it, and run by name alone: {', '.join(asked)}.") if asked else ""
+    top = "\n".join(filter(None, (took, beyond)))
+    return HEAD + blocks(top, *(_block(name, section) for name, section in shown.items())) + "\n"
 
 
 def _block(name: str, section: Section) -> str:
-    code = f"; code: {section.code}" if section.code else ""
-    seconds = "" if section.wall_s is None else f"; seconds: {section.wall_s:.0f}"
-    asked = "; asked" if section.asked else ""
+    mark = f"section: {name}; code: {section.code}; seconds: {section.wall_s:.0f}{'; asked' if section.asked else ''}"
     label = OLDER if section.older else ""
-    return f"<!-- section: {name}{code}{seconds}{asked} -->\n{label}{section.text.strip(chr(10))}\n"
+    return f"<!-- {mark} -->\n{label}{section.text}"

@@ -10,19 +10,13 @@ from pathlib import Path
 import torch
 
 from bench.baselines import closed_form
-from bench.campaigns import Dived, dived
+from bench.campaigns import Dived, dived, silent
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import PAPER, SMALL, PaperOptions, estimate_with_curves
-from bench.stamp import BASELINES, LEARNT, SIMULATED, stamp
-from bench.words import paragraph, percent, table
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph, percent, table
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    *BASELINES,
-    "bench/campaigns.py",
-    "bench/paper_network.py",
-)
+SOURCES = (reached("bench/paper_network.py"), *PAPERS_VEHICLE)
 CONFIGURATION = "survey"
 HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch", "one epoch", "all epochs")
 
@@ -30,14 +24,14 @@ HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch"
 def page(cache: Path, seed: int) -> str:
     """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"paper_network-{stamp(*SOURCES)}.jsonl")
-    return "\n".join(_lines(kept.get(f"survey {seed}", lambda: _measured(seed, cache))))
+    return _words(kept.get(f"survey {seed}", lambda: _measured(seed, cache)))
 
 
 def _measured(seed: int, cache: Path) -> Data:
     """Both networks and the closed form on one dive, one after the other."""
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     begun = time.perf_counter()
-    closed = closed_form.estimate(survey.dive, survey.file, CONFIGURATION, _silent)
+    closed = closed_form.estimate(survey.dive, survey.file, CONFIGURATION, silent)
     return {
         "truth": {name: survey.truth[name] for name in closed.values() if name in survey.truth},
         "closed": dict(closed.values()),
@@ -49,8 +43,8 @@ def _measured(seed: int, cache: Path) -> Data:
 
 def _trained(survey: Dived, options: PaperOptions) -> Data:
     if options.device.type == "cuda":  # one epoch first, so that no start of the card is counted
-        estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, replace(options, epochs=1))
-    network, curves = estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, options)
+        estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, replace(options, epochs=1))
+    network, curves = estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, options)
     return {
         "values": dict(network.values()),
         "settled": curves.settled_at,
@@ -65,7 +59,7 @@ def _name(device: torch.device) -> str:
     return torch.cuda.get_device_name(device) if device.type == "cuda" else "processor"
 
 
-def _lines(measured: Data) -> list[str]:
+def _words(measured: Data) -> str:
     whole, small = measured["whole"], measured["small"]
     apart = max(abs(whole["values"][name] / small["values"][name] - 1.0) for name in measured["truth"])
     rows = [
@@ -84,24 +78,17 @@ def _lines(measured: Data) -> list[str]:
     ]
     closed = _errors(measured["closed"], measured["truth"])
     rows.append(("closed form of the same loss", closed, "", "", "", f"{measured['closed seconds']:.2g} s"))
-    return [
+    return blocks(
         "## The paper's network, whole",
-        "",
-        *paragraph(
+        paragraph(
             f"Algorithm 1 with the paper's own network, LSTM of {PAPER.depth} x {PAPER.hidden} (38.3 million weights),",
             f"for {PAPER.epochs} epochs on the paper's survey, as the simulated vehicle dives it. Errors against the",
             "truth in per cent. Settled: every parameter within 1 % of where it ends, the loss within 5 %. The two",
             f"networks end at most {percent(apart)} % apart.",
         ),
-        "",
-        *table(HEAD, rows),
-        "",
-    ]
+        table(HEAD, rows),
+    )
 
 
 def _errors(values: dict[str, float], truth: dict[str, float]) -> str:
     return ", ".join(f"{name} {100.0 * (values[name] / true - 1.0):+.2f}" for name, true in truth.items())
-
-
-def _silent(*_report: object) -> None:
-    """Ignore the progress, and the values so far."""

@@ -2,36 +2,35 @@
 
 import ast
 import hashlib
+import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
+ROOMS = ("bench", "bridge", "gcs_plugin", "identify", "tui")
+KEEPING = ("bench/remembered.py", "bench/stamp.py", "bench/words.py")
+"""What keeps results and writes them down makes no figure: a change there discards none."""
+
+_BY_NAME = re.compile(r'"((?:bench|identify)(?:\.\w+)+)"')
+"""A module that is imported as its name in a table says."""
 
 
 @dataclass(frozen=True)
 class Reached:
-    """The files or folders of `modules` and all files of ROOMS that they import, directly or not.
+    """The files or folders of `modules` and all files of ROOMS that they import, directly or not; of these those whose
+    path from the repository's root `belongs`.
 
     Looked for where a stamp is taken and not where the source is named: every file on the way is parsed. So an import
-    inside a function counts too. A package's own `__init__` and files of the benchmark are left out unless they are
-    given.
+    inside a function counts too. A package's own `__init__` is left out.
     """
 
     modules: tuple[str, ...]
-
-
-@dataclass(frozen=True)
-class Part:
-    """Of the files of other sources those whose path from the repository's root `belongs`."""
-
-    sources: tuple["Source", ...]
     belongs: Callable[[str], bool]
 
 
-Source = str | Reached | Part
+Source = str | Reached
 """A source that is a text is a pattern from the repository's root."""
 
 
@@ -63,19 +62,15 @@ def files(*sources: Source) -> list[Path]:
     return sorted({file for source in sources for file in _of_source(source)})
 
 
-def reached(*modules: str) -> tuple[Reached]:
-    return (Reached(modules),)
+def reached(*modules: str, belongs: Callable[[str], bool] = lambda _: True) -> Reached:
+    return Reached(modules, belongs)
 
 
 def _of_source(source: Source) -> Iterable[Path]:
-    match source:
-        case Reached():
-            return walked(source)
-        case Part():
-            return [file for file in files(*source.sources) if source.belongs(str(file.relative_to(ROOT)))]
-        case _:
-            paths = ROOT.glob(source)
-            return (file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path]))
+    if isinstance(source, Reached):
+        return walked(source)
+    paths = ROOT.glob(source)
+    return (file for path in paths for file in (path.rglob("*.py") if path.is_dir() else [path]))
 
 
 @cache
@@ -88,18 +83,19 @@ def walked(source: Reached) -> frozenset[Path]:
         if file not in seen:
             seen.add(file)
             ahead += _imported(file)
-    return frozenset(seen)
+    return frozenset(file for file in seen if source.belongs(str(file.relative_to(ROOT))))
 
 
 @cache
 def _imported(file: Path) -> list[Path]:
-    names: set[str] = set()
-    for node in _statements(ast.parse(file.read_text(encoding="utf-8"))):
+    text = file.read_text(encoding="utf-8")
+    names = set(_BY_NAME.findall(text))
+    for node in _statements(ast.parse(text)):
         if isinstance(node, ast.Import):
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    paths = [name.replace(".", "/") + ".py" for name in names if name.split(".")[0] in ROOMS]
+    paths = {name.replace(".", "/") + ".py" for name in names if name.split(".")[0] in ROOMS} - {*KEEPING}
     return [ROOT / path for path in paths if (ROOT / path).is_file()]
 
 
@@ -126,22 +122,6 @@ def _meaning(source: str) -> str:
 
 
 CURVES = "configs/thrusters/*.csv"
-SIMULATED = (
-    *reached("bridge/simulator", "bridge/onboard"),
-    CURVES,
-    "configs/gains.yaml",
-    "configs/vehicles/ruvifist*.yaml",
-)
-MISSIONS = (*reached("bench/missions"), "bench/accuracy/trial.py", CURVES, "configs/vehicles/*.yaml")
-LEARNT = (
-    *reached(
-        "bench/reproduce/paper.py",
-        "identify/estimators/likelihood",
-        "identify/estimators/pinn",
-        "identify/estimators/table.py",
-        "identify/ingest/open.py",
-    ),
-    CURVES,
-)
-BASELINES = (*reached("bench/baselines", "bench/reproduce/paper.py"), CURVES)
-"""Code behind the paper's campaigns, the drawn missions, the product's answers and those of the baselines."""
+PAPERS_VEHICLE = (CURVES, "configs/gains.yaml", "configs/vehicles/ruvifist*.yaml")
+VEHICLES = (CURVES, "configs/vehicles/*.yaml")
+"""Files that the simulated dives of the source paper's vehicle and of the drawn ones read beside the code."""

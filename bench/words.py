@@ -7,14 +7,19 @@ from collections.abc import Iterable, Sequence
 WIDTH = 118
 
 
-def paragraph(*sentences: str) -> list[str]:
+def blocks(*parts: str) -> str:
+    """The parts of a page with a blank line between them; an empty part is left out."""
+    return "\n\n".join(part for part in parts if part)
+
+
+def paragraph(*sentences: str) -> str:
     """Wrap the sentences into lines of the page."""
-    return textwrap.wrap(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
+    return textwrap.fill(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
-def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> list[str]:
-    """Lines of a table."""
-    return [_row(head), "|---" * len(head) + "|", *map(_row, rows)]
+def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
+    """A table, a line for each row."""
+    return "\n".join([_row(head), "|---" * len(head) + "|", *map(_row, rows)])
 
 
 def _row(cells: Iterable[object]) -> str:

@@ -35,10 +35,7 @@ def seconds(text: str) -> float:
 
 def since(text: str) -> float:
     """A number of seconds from 0."""
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = _number(text)
     if not 0 <= value < math.inf:
         raise argparse.ArgumentTypeError(f"'{text}' is not a number of seconds from 0")
     return value
@@ -76,13 +73,17 @@ def system(text: str) -> int:
 
 
 def _above_zero(text: str, quantity: str) -> float:
-    try:
-        value = float(text)
-    except ValueError:
-        value = math.nan
+    value = _number(text)
     if not 0 < value < math.inf:
         raise argparse.ArgumentTypeError(f"'{text}' is not {quantity} above 0")
     return value
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
 
 
 def _whole(text: str, least: int) -> int:

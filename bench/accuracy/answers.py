@@ -1,53 +1,30 @@
 """Each method's answer to a dive, as plain data that a cache can keep."""
 
 import math
-import time
-from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import cast
-
-import numpy as np
-from numpy.typing import NDArray
 
 from bench.remembered import Data
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
-from identify.estimators.table import METHODS as PRODUCT
 from identify.estimators.table import Estimator, estimator
 from identify.nuisance import trim
 
-OWN = {"closed form": "bench.baselines.closed_form", "least squares": "bench.baselines.least_squares"}
+OWN = {
+    "closed form": "bench.baselines.closed_form",
+    "least squares": "bench.baselines.least_squares",
+    "PySINDy": "bench.baselines.sindy",
+    "PySINDy weak": "bench.baselines.sindy_weak",
+}
 TITLES = {
     "likelihood": "likelihood",
     "pinn": "pinn",
     "closed form": "closed form of the paper's loss",
     "least squares": "finite-difference least squares",
 }
-NOT_HERE = "`pinn` is not among the methods of this build and is left out."
-
-
-@dataclass(frozen=True)
-class Answer:
-    """`value` and `half95`, half the width of the 95 % interval, by coefficient, of the identifiable coefficients.
-
-    `half95` is empty if a method states no interval. `trim` (6,): the estimated steady wrench, N and N m. `refusal`:
-    why there is no value, "" otherwise.
-    """
-
-    value: Mapping[str, float]
-    half95: Mapping[str, float]
-    trim: NDArray[np.float64]
-    outcome: str
-    seconds: float
-    refusal: str = ""
-
-
-def methods() -> tuple[str, ...]:
-    """The compared methods, the product's first."""
-    return tuple(name for name in TITLES if name in PRODUCT or name in OWN)
+"""The methods that thrift and prediction compare, the product's first."""
 
 
 def method(name: str) -> Estimator:
@@ -56,33 +33,20 @@ def method(name: str) -> Estimator:
 
 
 def answered(name: str, dive: Dive, file: VehicleFile, configuration: str) -> Data:
-    """A method's answer to a dive as JSON; if it refuses, the answer is empty and states the reason."""
-    started = time.perf_counter()
+    """A method's answer to a dive as JSON; if it refuses, the answer is empty and states the reason.
+
+    `value` and `half95`, half the width of the 95 % interval, by coefficient, of the identifiable coefficients; no
+    `half95` of a method that states no interval. `trim` (6,): the estimated steady wrench, N and N m. `refusal`: why
+    there is no value, "" otherwise.
+    """
     try:
         identified = method(name)(dive, file, configuration, lambda *_report: None)
     except FitError as error:
-        return {
-            "value": {}, "half95": {}, "trim": [0.0] * 6, "outcome": "refused", "refusal": str(error),
-            "seconds": time.perf_counter() - started,
-        }  # fmt: skip
+        return {"value": {}, "half95": {}, "trim": [0.0] * 6, "refusal": str(error)}
     stated = [p for p in identified.parameters if p.identifiable and p.name in BY_NAME]
     return {
         "value": {p.name: p.value for p in stated},
         "half95": {p.name: (p.high95 - p.low95) / 2 for p in stated if math.isfinite(p.high95 - p.low95)},
         "trim": [identified.nuisance.get(trim(dof), 0.0) for dof in range(6)],
-        "outcome": identified.outcome.value,
-        "seconds": time.perf_counter() - started,
         "refusal": "",
     }
-
-
-def answer(data: Data) -> Answer:
-    """Build an answer from its JSON."""
-    return Answer(
-        data["value"],
-        data["half95"],
-        np.array(data["trim"]),
-        data["outcome"],
-        data["seconds"],
-        data["refusal"],
-    )

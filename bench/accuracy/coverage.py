@@ -11,8 +11,8 @@ import numpy as np
 from bench.accuracy.pooled import share95
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph, table
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph, table
 from bridge.errors import FitError
 from identify.estimators.table import DEFAULT, estimator
 from identify.statistics import Z95
@@ -21,13 +21,7 @@ GOAL = 0.93, 0.97
 HEAD = (
     "configuration", "parameter", "trials", "inside 95 %", "mean z", "spread of z", "median relative standard error",
 )  # fmt: skip
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/campaigns.py",
-    "bench/accuracy/coverage.py",
-    "bench/accuracy/pooled.py",
-)
+SOURCES = (reached("bench/accuracy/coverage.py"), *PAPERS_VEHICLE)
 
 
 @dataclass(frozen=True)
@@ -108,24 +102,21 @@ def page(dives: Sequence[Tried]) -> str:
     """The section of docs/benchmarks.md."""
     trials = [trial for dive in dives for trial in dive.trials]
     without = [f"{dive.configuration} {dive.seed} ({dive.outcome})" for dive in dives if not dive.trials]
-    lines = [
+    return blocks(
         "## Coverage of the campaigns' intervals",
-        "",
-        *paragraph(
+        paragraph(
             f"{len({dive.seed for dive in dives})} seeds, both campaigns of the source paper, each through bytes,",
             f"bridge, MAVLink and `.tlog`, then `{DEFAULT}`. `z` is the error in standard errors: 0 on average, 1 in",
             "spread where intervals are right; a spread above 1 means that they are too narrow. The simulator shares",
             "the estimator's equations: this proves the chain and the intervals, not that a real vehicle obeys the",
             "model.",
         ),
-        "",
         f"Dives of which nothing could be told: {', '.join(without) if without else 'none'}, of {len(dives)}.",
-        "",
-    ]
-    return "\n".join([*lines, *(_tables(trials) if trials else []), ""])
+        _tables(trials) if trials else "",
+    )
 
 
-def _tables(stated: Sequence[Trial]) -> list[str]:
+def _tables(stated: Sequence[Trial]) -> str:
     rows = []
     by_row: Mapping[tuple[str, str], list[Trial]] = {
         (configuration, name): [t for t in stated if (t.configuration, t.name) == (configuration, name)]
@@ -140,14 +131,13 @@ def _tables(stated: Sequence[Trial]) -> list[str]:
     hits = [t.inside for t in stated]
     share, low, high = share95(hits, [(t.configuration, t.seed) for t in stated])
     z = np.array([t.z for t in stated])
-    return [
-        *table(HEAD, rows),
-        "",
-        *paragraph(
+    return blocks(
+        table(HEAD, rows),
+        paragraph(
             f"Pooled: {sum(hits)} of {len(stated)} inside, {100 * share:.1f} %",
             f"({100 * low:.1f} to {100 * high:.1f} %, the coefficients of one dive taken as they hang together,",
             f"`bench/accuracy/pooled.py`); spread of z {z.std():.2f}; {np.sum(abs(z) > 3)} beyond 3 standard errors,",
             f"the largest {abs(z).max():.1f}. Goal of {100 * GOAL[0]:.0f} to {100 * GOAL[1]:.0f} %:",
             f"{'met' if GOAL[0] <= share <= GOAL[1] else '**missed** by the share itself'}.",
         ),
-    ]
+    )

@@ -7,13 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.accuracy.answers import NOT_HERE, TITLES, answer, answered, methods
+from bench.accuracy.answers import TITLES, answered
 from bench.campaigns import CONFIGURATIONS, dived
-from bench.missions import Mission
-from bench.missions.mission import draw_one
+from bench.missions.mission import Mission, draw_one
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, MISSIONS, SIMULATED, stamp
-from bench.words import in_a_word, paragraph, table
+from bench.stamp import PAPERS_VEHICLE, VEHICLES, reached, stamp
+from bench.words import blocks, in_a_word, paragraph, table
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
@@ -133,15 +132,7 @@ def moved(time_s: Array, position: Array, begin_s: Array) -> Array:
     return displacement
 
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    *MISSIONS,
-    "bench/accuracy/prediction.py",
-    "bench/accuracy/answers.py",
-    "bench/baselines",
-    "bench/campaigns.py",
-)
+SOURCES = (reached("bench/accuracy/prediction.py"), *PAPERS_VEHICLE, *VEHICLES)
 HELD_OUT_SEA = 500
 """Added to a campaign's seed: the predicted dive has other water and other noise."""
 
@@ -157,32 +148,30 @@ def page(cache: Path, campaigns: tuple[int, ...], missions: tuple[int, ...]) -> 
     """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"prediction-{stamp(*SOURCES)}.jsonl")
     jobs = {
-        f"{configuration} {seed}": partial(on_campaign, configuration, seed, cache / "dives", methods())
+        f"{configuration} {seed}": partial(on_campaign, configuration, seed, cache / "dives")
         for configuration in CONFIGURATIONS
         for seed in campaigns
     }
-    jobs |= {f"{DRAWN} {seed}": partial(on_mission, seed, methods()) for seed in missions}
-    suffix = " ".join(methods())
-    results = kept.fill({f"{key} | {suffix}": job for key, job in jobs.items()}, "prediction")
-    return "\n".join(_lines({key.split(" | ")[0]: data for key, data in results.items()}))
+    jobs |= {f"{DRAWN} {seed}": partial(on_mission, seed) for seed in missions}
+    return _words_of(kept.fill(jobs, "prediction"))
 
 
-def on_campaign(configuration: str, seed: int, folder: Path, names: tuple[str, ...]) -> Data:
+def on_campaign(configuration: str, seed: int, folder: Path) -> Data:
     """Learn from the paper's campaign, and predict the validation dive of another day."""
     learnt = dived(configuration, configuration, seed, folder)
     held_out = dived(configuration, "validation", seed + HELD_OUT_SEA, folder)
-    models = {name: answered(name, learnt.dive, learnt.file, configuration) for name in names}
+    models = {name: answered(name, learnt.dive, learnt.file, configuration) for name in TITLES}
     return _errors(
         held_out.dive, held_out.file, configuration, held_out.truth, np.zeros(6), models,
         held_out.time_s, held_out.state[:, :3],
     )  # fmt: skip
 
 
-def on_mission(seed: int, names: tuple[str, ...]) -> Data:
+def on_mission(seed: int) -> Data:
     """Learn from a benchmark mission, and predict another manoeuvre of the same vehicle."""
     learnt = draw_one(seed)
     held_out = draw_one(seed, repeat=1, kind="double-S" if learnt.kind == "together" else "together")
-    models = {name: answered(name, learnt.dive, learnt.file, learnt.configuration) for name in names}
+    models = {name: answered(name, learnt.dive, learnt.file, learnt.configuration) for name in TITLES}
     return _errors(
         held_out.dive, held_out.file, held_out.configuration, whole_truth(held_out), held_out.drawn.trim, models,
         held_out.time_s, held_out.position,
@@ -217,42 +206,25 @@ def _errors(
     distances = {FLOOR: off(truth, trim)}
     stated = {}
     for name, data in models.items():
-        stated_answer = answer(data)
-        compared = {key: value for key, value in stated_answer.value.items() if key in COMPARED}
-        distances[name] = off({**truth, **compared}, np.where(COMPARED_AXES, stated_answer.trim, trim))
-        stated[name] = sum(key in COMPARED for key in truth if key in stated_answer.value)
+        values, steady = data["value"], np.array(data["trim"])
+        compared = {key: value for key, value in values.items() if key in COMPARED}
+        distances[name] = off({**truth, **compared}, np.where(COMPARED_AXES, steady, trim))
+        stated[name] = sum(key in COMPARED for key in truth if key in values)
         if name in PRODUCT:
-            distances[name + WHOLE] = off({**truth, **stated_answer.value}, stated_answer.trim)
+            distances[name + WHOLE] = off({**truth, **values}, steady)
     return {"off_m": distances, "stated": stated}
 
 
-def _lines(results: Mapping[str, Data]) -> list[str]:
+def _words_of(results: Mapping[str, Data]) -> str:
     windows = {
         group: [data["off_m"] for key, data in results.items() if key.startswith(group)]
         for group in (*CONFIGURATIONS, DRAWN)
     }
     groups = [group for group, dives in windows.items() if dives]
     head = [f"{group}, rms (mean)" for group in groups]
-    lines = [
-        "## Prediction without measurement",
-        "",
-        *paragraph(
-            f"Distance between predicted and true place after {WINDOW_S:g} s, in cm. Each window begins at one DVL",
-            "reading, with the rates and the attitude of that moment; from there on the model knows the recorded",
-            "thruster commands alone. Parameters come from the paper's campaign and are tried on the validation dive",
-            "in other water; those of the drawn vehicles come from one benchmark mission each and are tried on another",
-            "manoeuvre. Each method gives mass, damping and steady force of surge, sway and yaw; heave, roll and pitch",
-            "are the truth's for all alike, and so is each of the six coefficients that a method does not state (the",
-            "last column: how many it states on average). `every axis that it states`: heave, roll and pitch too are",
-            "its own. The last row runs the truth itself: what remains is the disturbance and the noise of the start,",
-            "which no method can know, so that its figures are the floor. `over the floor`: rms over the last row's,",
-            "the mean of the columns' ratios. `lost`: windows in which the model ran away; they are in no mean.",
-        ),
-        "",
-    ]
     rows = []
-    whole = [name + WHOLE for name in methods() if name in PRODUCT]
-    for name in (*methods(), *whole, FLOOR):
+    whole = [name + WHOLE for name in PRODUCT]
+    for name in (*TITLES, *whole, FLOOR):
         of_method = {group: _all(windows[group], name) for group in groups}
         floor = {group: _all(windows[group], FLOOR) for group in groups}
         cells = [_words(of_method[group]) for group in groups]
@@ -266,18 +238,31 @@ def _lines(results: Mapping[str, Data]) -> list[str]:
     counts = ", ".join(
         f"{g}: {len(windows[g])} dives, {len(_all(windows[g], FLOOR))} windows" for g in groups
     )
-    lines += table(("parameters of", *head, "over the floor", "states"), rows)
-    lines += ["", f"{counts}.", "", *_verdict(windows), ""]
-    if "pinn" not in PRODUCT:
-        lines += [NOT_HERE, ""]
-    return lines
+    return blocks(
+        "## Prediction without measurement",
+        paragraph(
+            f"Distance between predicted and true place after {WINDOW_S:g} s, in cm. Each window begins at one DVL",
+            "reading, with the rates and the attitude of that moment; from there on the model knows the recorded",
+            "thruster commands alone. Parameters come from the paper's campaign and are tried on the validation dive",
+            "in other water; those of the drawn vehicles come from one benchmark mission each and are tried on another",
+            "manoeuvre. Each method gives mass, damping and steady force of surge, sway and yaw; heave, roll and pitch",
+            "are the truth's for all alike, and so is each of the six coefficients that a method does not state (the",
+            "last column: how many it states on average). `every axis that it states`: heave, roll and pitch too are",
+            "its own. The last row runs the truth itself: what remains is the disturbance and the noise of the start,",
+            "which no method can know, so that its figures are the floor. `over the floor`: rms over the last row's,",
+            "the mean of the columns' ratios. `lost`: windows in which the model ran away; they are in no mean.",
+        ),
+        table(("parameters of", *head, "over the floor", "states"), rows),
+        f"{counts}.",
+        _verdict(windows),
+    )
 
 
-def _verdict(windows: Mapping[str, list[dict[str, list[float]]]]) -> list[str]:
+def _verdict(windows: Mapping[str, list[dict[str, list[float]]]]) -> str:
     """Means of the paper's vehicle compared with the anchor from the literature, which is a mean."""
     groups = [group for group in CONFIGURATIONS if windows[group]]
     judged = []
-    for name in (method for method in methods() if method in PRODUCT):
+    for name in PRODUCT:
         means = ", ".join(f"{group} {_mean_cm(windows[group], name):.1f}" for group in groups)
         met = all(_mean_cm(windows[group], name) <= ANCHOR_CM for group in groups)
         judged.append(f"`{name}` {means}: {in_a_word(met)}")

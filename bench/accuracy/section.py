@@ -9,20 +9,22 @@ import numpy as np
 from bench.accuracy.tally import TELLING, Case, Tally, inside95, median_ratio, root_mean_square, tally
 from bench.accuracy.trials import ORDER, SEEDS_AT_MOST, Bound, Stated, Trial, available, measured, rows_of
 from bench.remembered import Remembered, pack
-from bench.words import in_a_word, paragraph, table
+from bench.stamp import VEHICLES, reached
+from bench.words import blocks, in_a_word, paragraph, table
 from bridge.vehicle.coefficients import COEFFICIENTS
 from identify.estimators.comparison import LEAST_DIFFERENCE
 from identify.estimators.comparison import apart as beyond_intervals
-from identify.estimators.table import SIDE_BY_SIDE
+from identify.estimators.table import METHODS, SIDE_BY_SIDE
 
-JUDGED = ("likelihood", "pinn")
+SOURCES = (reached("bench/accuracy/section.py"), *VEHICLES)
+JUDGED = tuple(METHODS)
 RATIO_GOAL = 1.15
 COVERAGE_GOAL = (0.93, 0.97)
 BEYOND_3_GOAL = 0.006
 
 
 def verdicts(result: Tally) -> list[tuple[str, bool]]:
-    """Each goal's figure in words and whether it meets the goal, in the order of `goal_lines`.
+    """Each goal's figure in words and whether it meets the goal, in the order of `goals`.
 
     Errors beyond 3 or 5 standard errors are counted among the cases that state a standard error.
     """
@@ -40,7 +42,7 @@ def verdicts(result: Tally) -> list[tuple[str, bool]]:
     ]
 
 
-def goal_lines(tallies: Sequence[Tally]) -> list[str]:
+def goals(tallies: Sequence[Tally]) -> str:
     """The verdicts of the methods that have goals, side by side; a method that was not run or states nothing says
     so."""
     words = [
@@ -65,19 +67,17 @@ def goal_lines(tallies: Sequence[Tally]) -> list[str]:
         f"`{method}` {tallied.refused} of {tallied.refused + len(tallied.cases)} ({100 * tallied.refused_share:.1f} %)"
         for method, tallied in judged.items()
     )
-    return [
+    return blocks(
         "Goals:",
-        "",
-        *table(("goal", *JUDGED), rows),
-        "",
-        *paragraph(
+        table(("goal", *JUDGED), rows),
+        paragraph(
             "Every figure of an error is of stated coefficients alone: one that a method refuses though its bound is",
             f"below 30 % has no value and so no error, and is in none of them. So refused: {refused or 'none'}.",
             "A coverage's interval allows for the correlation of a mission's coefficients (ratio estimator over",
             "missions, Cochran 1977, section 3.12; Wilson 1927 at the effective count); the goal is judged by the",
             "share itself.",
         ),
-    ]
+    )
 
 
 def distances(trials: Sequence[Trial]) -> dict[int, list[float]]:
@@ -103,12 +103,12 @@ def _distance(first: Stated, second: Stated) -> float:
     return abs(math.log(second.value / first.value)) / max(first.std, second.std)
 
 
-def apart_lines(trials: Sequence[Trial]) -> list[str]:
+def apart_words(trials: Sequence[Trial]) -> str:
     """The paragraph of the page; empty if one of the two methods was not run."""
     by_seed = distances(trials)
     sizes = [size for of_seed in by_seed.values() for size in of_seed if math.isfinite(size)]
     if not sizes:
-        return []
+        return ""
     beyond = sum(any(beyond_intervals(*pair) for pair in pairs) for pairs in _pairs(trials).values())
     return paragraph(
         f"The two methods of `identify` are {np.median(sizes):.2f} standard errors apart in the median, "
@@ -146,25 +146,32 @@ def page(bounds: list[Bound], trials: list[Trial], absent: tuple[str, ...] = ())
     """The section; `absent` names methods that this build lacks."""
     methods = list(dict.fromkeys(trial.method for trial in trials))
     tallies = [tally(method, bounds, trials) for method in methods]
-    lines = ["## Accuracy against the Cramer-Rao bound", "", *_introduction(bounds), ""]
-    for method in absent:
-        lines += [f"`{method}` is not installed here and is left out.", ""]
-    parts = (_overall(tallies), goal_lines(tallies), apart_lines(trials), _by_group(tallies))
-    for part in parts:
-        lines += [*part, ""] if part else []
-    for tallied in tallies:
-        if any(math.isfinite(case.z) for case in tallied.cases) and tallied.method != "least squares":
-            lines += [*_by_coefficient(tallied, bounds), ""]
-    return "\n".join([*lines, *_by_manoeuvre(tallies), "", *_reading(), ""])
+    told = [
+        tallied
+        for tallied in tallies
+        if any(math.isfinite(case.z) for case in tallied.cases) and tallied.method != "least squares"
+    ]
+    return blocks(
+        "## Accuracy against the Cramer-Rao bound",
+        _introduction(bounds),
+        *(f"`{method}` is not installed here and is left out." for method in absent),
+        _overall(tallies),
+        goals(tallies),
+        apart_words(trials),
+        _by_group(tallies),
+        *(_by_coefficient(tallied, bounds) for tallied in told),
+        _by_manoeuvre(tallies),
+        _reading(),
+    )
 
 
-def _introduction(bounds: list[Bound]) -> list[str]:
+def _introduction(bounds: list[Bound]) -> str:
     count = sum(len(bound.truth) for bound in bounds)
     telling = sum(least < TELLING for bound in bounds for least in bound.least.values())
     seeds = sorted(bound.seed for bound in bounds)
     minutes = sum(bound.duration_s for bound in bounds) / 60
-    return [
-        *paragraph(
+    return blocks(
+        paragraph(
             f"{len(bounds)} simulated missions (seeds {seeds[0]} to {seeds[-1]}, {minutes:.0f} min of diving): each",
             "draws a vehicle of 11 to 120 kg, thrusters with 0.05 to 0.25 s of lag, sensors, a coloured disturbance of",
             "0.3 to 3 % of full thrust with time constants of 0.5 to 10 s on every axis, a manoeuvre of 60 to 300 s",
@@ -174,16 +181,15 @@ def _introduction(bounds: list[Bound]) -> list[str]:
             "were seen: 33 and 56 had failed, and were looked at while the ends of intervals of what is known loosely",
             "were mended.",
         ),
-        "",
-        *paragraph(
+        paragraph(
             f"The bound is computed for each mission and coefficient (`bench/bound`). {telling} of the {count}",
             f"coefficients have a bound below {100 * TELLING:.0f} %; the tables are of these, the others counted",
             "apart.",
         ),
-    ]
+    )
 
 
-def _overall(tallies: list[Tally]) -> list[str]:
+def _overall(tallies: list[Tally]) -> str:
     rows = []
     for tallied in tallies:
         cases = tallied.cases
@@ -220,15 +226,15 @@ def _overall(tallies: list[Tally]) -> list[str]:
     return table(OVERALL, rows)
 
 
-def _by_group(tallies: list[Tally]) -> list[str]:
+def _by_group(tallies: list[Tally]) -> str:
     rows = [
         (t.method, *(_ratios([case for case in t.cases if case.name in names]) for names in GROUPS.values()))
         for t in tallies
     ]
-    return ["Error over the bound by group, rms and (median):", "", *table(("method", *GROUPS), rows)]
+    return blocks("Error over the bound by group, rms and (median):", table(("method", *GROUPS), rows))
 
 
-def _by_coefficient(result: Tally, bounds: list[Bound]) -> list[str]:
+def _by_coefficient(result: Tally, bounds: list[Bound]) -> str:
     rows = []
     for coefficient in COEFFICIENTS:
         cases = [case for case in result.cases if case.name == coefficient.name]
@@ -240,37 +246,42 @@ def _by_coefficient(result: Tally, bounds: list[Bound]) -> list[str]:
         bound = f"{100 * np.median([least for least in bound_of if least < TELLING]):.2f} %"
         spread = f"{np.nanmean(z):+.2f}", f"{np.nanstd(z):.2f}"
         rows.append((coefficient.name, bound, len(cases), _ratios(cases), *spread, inside))
-    return [f"`{result.method}` by coefficient:", "", *table(BY_COEFFICIENT, rows)]
+    return blocks(f"`{result.method}` by coefficient:", table(BY_COEFFICIENT, rows))
 
 
-def _by_manoeuvre(tallies: list[Tally]) -> list[str]:
+def _by_manoeuvre(tallies: list[Tally]) -> str:
     kinds = sorted({case.kind for tallied in tallies for case in tallied.cases})
     rows = [
         (t.method, *(_ratios([case for case in t.cases if case.kind == k]) for k in kinds)) for t in tallies
     ]
-    return ["Error over the bound by manoeuvre, rms and (median):", "", *table(("method", *kinds), rows)]
+    return blocks("Error over the bound by manoeuvre, rms and (median):", table(("method", *kinds), rows))
 
 
 def _ratios(cases: list[Case]) -> str:
     return f"{root_mean_square(cases):.2f} ({median_ratio(cases):.2f})" if cases else "-"
 
 
-def _reading() -> list[str]:
+def _reading() -> str:
     weak = SEEDS_AT_MOST["PySINDy weak"]
-    return [
-        "How to read it. An error is that of the logarithm; over the bound it is 1 in rms for a method that does all",
-        "that can be done; the median is scaled to be 1, too, and does not see a few wild answers. z is the error in",
-        "the standard errors that the method itself states. A coefficient is refused where a method calls it not",
-        "identifiable; a warning is an outcome other than `converged`, or a doubt about that coefficient.",
-        "The bound is the inverse of the Fisher information that the dive's own readings hold at the true parameters,",
-        "by one Kalman filter over all six degrees of freedom and its sensitivities, so that what one axis tells of",
-        "another counts. Unknown beside the coefficients, and so in the bound: trim forces, spread and time constant",
-        "of each disturbance, the noise of each sensor. Known: thruster curve and lag, restoring, buoyancy, geometry.",
-        "Over 40 repeats of one mission, one scoring step from the truth errs as much as the bound says (a test).",
-        "",
-        "Settings. Closed form: the paper's loss at its optimum (surge, sway and yaw alone), 10 Hz, 1 Hz low-pass.",
-        "Least squares: 20 Hz, zero-phase 0.5 Hz low-pass, central differences, each axis's force regressed on its",
-        "true terms, the best cut-off and form on other missions; intervals are the textbook's, for white residuals.",
-        "PySINDy: 20 Hz, the library of the true terms of each axis, no threshold, SmoothedFiniteDifference as it is;",
-        f"its weak form, bumps of 2 s, two a second, takes some 3 s a mission and is run on the first {weak} alone.",
-    ]
+    return blocks(
+        paragraph(
+            "How to read it. An error is that of the logarithm; over the bound it is 1 in rms for a method that does",
+            "all that can be done; the median is scaled to be 1, too, and does not see a few wild answers. z is the",
+            "error in the standard errors that the method itself states. A coefficient is refused where a method",
+            "calls it not identifiable; a warning is an outcome other than `converged`, or a doubt about that",
+            "coefficient. The bound is the inverse of the Fisher information that the dive's own readings hold at the",
+            "true parameters, by one Kalman filter over all six degrees of freedom and its sensitivities, so that",
+            "what one axis tells of another counts. Unknown beside the coefficients, and so in the bound: trim",
+            "forces, spread and time constant of each disturbance, the noise of each sensor. Known: thruster curve",
+            "and lag, restoring, buoyancy, geometry. Over 40 repeats of one mission, one scoring step from the truth",
+            "errs as much as the bound says (a test).",
+        ),
+        paragraph(
+            "Settings. Closed form: the paper's loss at its optimum (surge, sway and yaw alone), 10 Hz, 1 Hz",
+            "low-pass. Least squares: 20 Hz, zero-phase 0.5 Hz low-pass, central differences, each axis's force",
+            "regressed on its true terms, the best cut-off and form on other missions; intervals are the textbook's,",
+            "for white residuals. PySINDy: 20 Hz, the library of the true terms of each axis, no threshold,",
+            "SmoothedFiniteDifference as it is; its weak form, bumps of 2 s, two a second, takes some 3 s a mission",
+            f"and is run on the first {weak} alone.",
+        ),
+    )

@@ -7,21 +7,13 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.accuracy.answers import NOT_HERE, TITLES, answer, answered, methods
+from bench.accuracy.answers import TITLES, answered
 from bench.campaigns import CONFIGURATIONS, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph, percent, table
-from identify.estimators.table import METHODS as PRODUCT
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph, percent, table
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/accuracy/answers.py",
-    "bench/baselines",
-    "bench/campaigns.py",
-    "bench/accuracy/thrift.py",
-)
+SOURCES = (reached("bench/accuracy/thrift.py"), *PAPERS_VEHICLE)
 LENGTHS_S = (60, 120, 300, 1000)
 NAMES = {
     "survey": ("M_u", "M_w", "I_r", "D_u", "D_w", "D_r"),
@@ -52,26 +44,20 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
         f"{configuration} {seed} {name}": partial(shortened, configuration, seed, name, dives)
         for configuration in CONFIGURATIONS
         for seed in seeds
-        for name in methods()
+        for name in TITLES
     }
     results = kept.fill(jobs, "data thrift")
     first = {name: dived(name, name, seeds[0], dives) for name in CONFIGURATIONS}
-    lines = [
+    return blocks(
         "## Data thrift",
-        "",
-        *paragraph(
+        paragraph(
             f"Relative error (rms over {len(seeds)} seeds) and, behind it, the median of half the 95 % interval, in",
             "per cent, from the first seconds of each campaign of the source paper alone, through bytes, bridge and",
             f"MAVLink. The hovering campaign is over after {first['hovering'].dive.duration_s:.0f} s: its last line is",
             "all of it. A dash: no answer for any seed; `/n`: from n seeds only.",
         ),
-        "",
-    ]
-    for configuration in CONFIGURATIONS:
-        lines += _table(configuration, seeds, results, first[configuration].truth)
-    if "pinn" not in PRODUCT:
-        lines += [NOT_HERE, ""]
-    return "\n".join(lines)
+        *(_table(name, seeds, results, first[name].truth) for name in CONFIGURATIONS),
+    )
 
 
 def shortened(configuration: str, seed: int, name: str, dives: Path) -> Data:
@@ -106,19 +92,19 @@ def _dive(configuration: str, seed: int, dives: Path) -> Data:
 
 def _table(
     configuration: str, seeds: tuple[int, ...], results: Mapping[str, Data], truth: Mapping[str, float]
-) -> list[str]:
+) -> str:
     names = NAMES[configuration]
     rows = []
-    for method in methods():
+    for method, title in TITLES.items():
         for length_s in LENGTHS_S:
-            answers = [answer(results[f"{configuration} {seed} {method}"][str(length_s)]) for seed in seeds]
+            answers = [results[f"{configuration} {seed} {method}"][str(length_s)] for seed in seeds]
             cells = []
             for name in names:
-                had = [a for a in answers if name in a.value]
-                halves = [a.half95.get(name, float("nan")) for a in had]
-                cells.append(_words(cell([a.value[name] for a in had], halves, truth[name]), len(seeds)))
-            rows.append((TITLES[method], length_s, *cells))
-    return [*table((configuration, "first, s", *names), rows), ""]
+                had = [a for a in answers if name in a["value"]]
+                halves = [a["half95"].get(name, float("nan")) for a in had]
+                cells.append(_words(cell([a["value"][name] for a in had], halves, truth[name]), len(seeds)))
+            rows.append((title, length_s, *cells))
+    return table((configuration, "first, s", *names), rows)
 
 
 def _words(entry: Cell, seeds: int) -> str:

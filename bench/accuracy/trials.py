@@ -5,25 +5,34 @@ a figure of older code is never shown for the present code.
 """
 
 import math
+import time
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.util import find_spec
 
-from bench.accuracy.trial import BOUND, OWN, bound_job, method_job
-from bench.remembered import Data, Job, Remembered
-from bench.stamp import BASELINES, LEARNT, MISSIONS, reached, stamp
-from identify.estimators.table import METHODS as PRODUCT
+from bench.accuracy.answers import OWN
+from bench.accuracy.answers import method as method_named
+from bench.bound.bound import cramer_rao
+from bench.missions.mission import draw_one
+from bench.remembered import Data, Job, Remembered, finite
+from bench.stamp import VEHICLES, reached, stamp
+from bridge.errors import FitError
+from identify.estimators.table import METHODS
 from identify.statistics import Z95
 
-ORDER = ("likelihood", "pinn", *OWN)
+BOUND = "bound"
+ORDER = (*METHODS, *OWN)
 SEEDS_AT_MOST = {"PySINDy weak": 100}
 """PySINDy's weak form takes some 3 s a mission, so it is run on the short form's missions alone."""
 
 SOURCES = {
-    BOUND: (*MISSIONS, *reached("bench/bound")),
-    "product": (*MISSIONS, *LEARNT),
-    "own": (*MISSIONS, *BASELINES),
+    group: (reached("bench/missions/mission.py", module), "bench/accuracy/trials.py", *VEHICLES)
+    for group, module in (
+        (BOUND, "bench/bound/bound.py"),
+        ("product", "identify/estimators/table.py"),
+        ("own", "bench/baselines"),
+    )
 }
 """Code that a trial runs through, by group; a test checks that it names every file that a trial loads."""
 
@@ -73,8 +82,7 @@ class Trial:
 
 def available() -> tuple[str, ...]:
     """The available methods in the page's order; PySINDy comes with the extra `bench`."""
-    baselines = [method for method in OWN if "PySINDy" not in method or find_spec("pysindy") is not None]
-    return tuple(method for method in ORDER if method in PRODUCT or method in baselines)
+    return tuple(method for method in ORDER if "PySINDy" not in method or find_spec("pysindy") is not None)
 
 
 def measured(seeds: Sequence[int], kept: Remembered) -> tuple[list[Bound], list[Trial]]:
@@ -99,6 +107,41 @@ def known(results: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
             stated = {name: _stated(row) for name, row in data["stated"].items()}
             trials.append(Trial(**{**data, "stated": stated, "refused": tuple(data["refused"])}))
     return bounds, trials
+
+
+def bound_job(seed: int) -> Data:
+    """The bound of a seed's mission, as JSON."""
+    mission = draw_one(seed)
+    return {
+        "seed": seed, "kind": mission.kind, "duration_s": mission.dive.duration_s,
+        "truth": mission.truth, "least": cramer_rao(mission),
+    }  # fmt: skip
+
+
+def method_job(method: str, seed: int) -> Data:
+    """A method's answer to a seed's mission, as JSON; only coefficients whose truth the mission holds."""
+    mission = draw_one(seed)
+    estimate = method_named(method)
+    started = time.perf_counter()
+    stated: dict[str, list[float | bool | None]] = {}
+    outcome = "refused"
+    try:
+        identified = estimate(mission.dive, mission.file, mission.configuration, lambda *_report: None)
+    except FitError:
+        return {
+            "seed": seed, "method": method, "stated": stated, "refused": list(mission.truth), "outcome": outcome,
+            "seconds": time.perf_counter() - started,
+        }  # fmt: skip
+    seconds = time.perf_counter() - started
+    doubted = {name for doubt in identified.doubts for name in doubt.about}
+    for name in mission.truth:
+        p = identified[name]
+        if p.identifiable:
+            stated[name] = [finite(p.value), finite(p.low95), finite(p.high95), name in doubted]
+    return {
+        "seed": seed, "method": method, "stated": stated, "refused": [n for n in mission.truth if n not in stated],
+        "outcome": identified.outcome.value, "seconds": seconds,
+    }  # fmt: skip
 
 
 def _stated(row: list[float | bool | None]) -> Stated:

@@ -2,5 +2,5 @@
 
 `firmware` the autopilot as a process, in step with the body · `flight` a plan flown by sticks and recorded by the
 companion · `planned` a plan that the companion flies, against laps by sticks · `following` how well each way to fly
-follows the sticks · `page` what is planted, and the tables · `sources` the code behind it.
+follows the sticks · `page` what is planted, and the tables.
 """

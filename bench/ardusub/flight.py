@@ -71,7 +71,7 @@ def version_of(number: int) -> str:
 class Pilot:
     """A ground station with a joystick: beats, and sends its sticks 25 times a second; none where `sticks` is empty.
 
-    It keeps what the autopilot said: `texts`, its `parameters`, all values of each `named` one, and its `version`.
+    It keeps what the autopilot said: its `parameters`, all values of each `named` one, and its `version`.
     """
 
     def __init__(self, link: Link, clock: BodyClock) -> None:
@@ -80,13 +80,11 @@ class Pilot:
         self.sticks = {"x": 0, "y": 0, "z": 500, "r": 0}
         self._beat_s = self._sticks_s = 0.0
         self._kept = {
-            dialect.MAVLINK_MSG_ID_STATUSTEXT: self._text,
             dialect.MAVLINK_MSG_ID_PARAM_VALUE: self._parameter,
             dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT: self._named,
             dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION: self._versioned,
         }
         self.standing_by = self.armed = False
-        self.texts: list[str] = []
         self.version = ""
         self.parameters: dict[str, float] = {}
         self.named: dict[str, list[float]] = {}
@@ -115,9 +113,6 @@ class Pilot:
     def command(self, number: int, *parameters: float) -> None:
         filled = (*parameters, *(0.0,) * (7 - len(parameters)))
         self.send(dialect.MAVLink_command_long_message(1, 1, number, 0, *filled))
-
-    def _text(self, message: Any) -> None:
-        self.texts.append(message.text)
 
     def _versioned(self, message: Any) -> None:
         if message.get_srcComponent() == AUTOPILOT:
@@ -182,10 +177,9 @@ class Aboard:
 
 @dataclass(frozen=True)
 class Flown:
-    """What a flight left: the companion's recording, the texts that the ground heard, and the firmware's version."""
+    """What a flight left: the companion's recording, and the firmware's version."""
 
     recording: Path
-    texts: tuple[str, ...]
     version: str
 
 
@@ -220,7 +214,7 @@ def fly(
         mixer = Mixer(int(settings["FRAME_CONFIG"]), (1.0,) * len(shape.thrusters), shape, curve)
         pushed = partial(push_of, shape.model)
         firmware.fly(_with(act, _flight(firmware.clock, aboard.companion, pilot, mixer, mission, pushed)))
-        return Flown(aboard.recording(), tuple(pilot.texts), pilot.version)
+        return Flown(aboard.recording(), pilot.version)
     finally:
         firmware.close()
 

@@ -23,15 +23,20 @@ from bench.ardusub.following import ALONE
 from bench.ardusub.following import measured as measured_following
 from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
-from bench.ardusub.sources import SOURCES
-from bench.stamp import ROOT, stamp
-from bench.words import percent
+from bench.stamp import CURVES, ROOT, stamp
+from bench.words import blocks, percent
 from bench.words import table as bench_table
 from bridge import exit_codes
 from bridge.errors import FitError
 from bridge.files import write_whole
 from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, QUADRATICS
+
+SOURCES: Final = (
+    "bench/ardusub", "bench/ardusub/*.yaml", "bench/operation/flying.py", "bridge", "bridge/ardusub/applet.lua",
+    "gcs_plugin/flying", "identify", "tui/flight_recording.py", "configs/vehicles/bluerov2.yaml", CURVES,
+)  # fmt: skip
+"""The code that the figures of the real firmware's dives depend on (`bench.stamp`)."""
 
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
 BEGIN_FOLLOWED: Final = "<!-- the ways to follow the sticks, written by python -m bench ardusub -->"
@@ -55,8 +60,7 @@ def page(runs: Path, docs: Path) -> str:
     target = docs / "ardusub.md"
     flown = f"Flown with ArduSub {' and '.join(versions(runs / 'ardusub'))}."
     text = with_block(target.read_text(encoding="utf-8"), BEGIN, f"{flown}\n\n{table(results)}")
-    followed_by = "\n".join(followed(results[FOLLOWING]))
-    write_whole(target, with_block(text, BEGIN_FOLLOWED, followed_by))
+    write_whole(target, with_block(text, BEGIN_FOLLOWED, followed(results[FOLLOWING])))
     return "Dives of the real ArduSub, its companion beside it: [their table](ardusub.md#figures)."
 
 
@@ -177,7 +181,7 @@ def table(results: dict[str, dict[str, Any]]) -> str:
                 )
             )
     head = ("plan flown by sticks, recorded by the companion", "true", "identified is off by, dive by dive")
-    lines = [*bench_table((*head, "95 % given the thrust, ±", "inside"), rows)]
+    identifications = bench_table((*head, "95 % given the thrust, ±", "inside"), rows)
     rows = [
         (CASES[name].words, *(_answered(each) for each in (figures, figures["log"], figures["after"])))
         for name, figures in results.items()
@@ -189,11 +193,10 @@ def table(results: dict[str, dict[str, Any]]) -> str:
         "by the autopilot's `.BIN` alone",
         "the next dive, with that accepted",
     )
-    lines += ["", *bench_table(head, rows)]
-    return "\n".join([*lines, "", *flown_by_itself(results[PLANNED])])
+    return blocks(identifications, bench_table(head, rows), flown_by_itself(results[PLANNED]))
 
 
-def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
+def flown_by_itself(figures: Mapping[str, Any]) -> str:
     """How long the companion's plan took to know as much as laps by hand, as Markdown; of several flights the slowest,
     and the widest intervals."""
     names, hand_s, by_way = list(figures["hand"]), figures["hand_s"], figures["flights"]
@@ -213,18 +216,17 @@ def flown_by_itself(figures: Mapping[str, Any]) -> list[str]:
     shares = {
         way: f"1/{hand_s / max(took):.1f} to 1/{hand_s / min(took):.1f}" for way, took in known_s.items()
     }
-    return [
-        *bench_table(("known to, % of the value", "after", *names), rows),
-        "",
+    return blocks(
+        bench_table(("known to, % of the value", "after", *names), rows),
         f"The widest of the laps' intervals of a mass was {percent(figures['share'])} %: for that `fly` took "
         f"{shares[WIDEST]} of their time, and for each mass as by laps {shares[EACH]}, "
         f"{np.mean([flight['identify_s'] for flight in every]):.0f} s of it for each identification beside it. The "
         f"masses of these flights were off by {100 * off:.1f} % at most, and {holding} of {len(masses)} of their "
         "intervals hold the truth.",
-    ]
+    )
 
 
-def followed(figures: Mapping[str, Any]) -> list[str]:
+def followed(figures: Mapping[str, Any]) -> str:
     """How far the velocity was off its reference by each way to fly, as Markdown."""
     alone, latest_s = figures["off"][ALONE], figures["latest_s"]
     script = (
@@ -240,11 +242,10 @@ def followed(figures: Mapping[str, Any]) -> list[str]:
         )
         for words, by_axis in figures["off"].items()
     ]
-    return [
-        *bench_table(("velocity against the reference, rms", "surge", "sway", f"of {ALONE}"), rows),
-        "",
+    return blocks(
+        bench_table(("velocity against the reference, rms", "surge", "sway", f"of {ALONE}"), rows),
         f"{script} Flown with ArduSub {figures['version']}.",
-    ]
+    )
 
 
 def _answered(figures: Mapping[str, Any]) -> str:

@@ -101,35 +101,18 @@ def axis_by_axis(
     terms = axis_terms(dive, file, configuration, RATE_HZ, cutoff_hz)
     answers = {axis.dof: fitted(axis) for axis in terms}
     progress(1.0, "solved")
-    wall_s = time.perf_counter() - started
-    return identification(method, dive, file, configuration, answers, len(terms[0].force), wall_s)
-
-
-def identification(
-    method: str,
-    dive: Dive,
-    file: VehicleFile,
-    name: str,
-    answers: dict[int, AxisAnswer],
-    samples: int,
-    wall_s: float,
-) -> Identification:
-    """The result of a regression in the product's own form."""
-    parameters = tuple(
-        _parameter(c.name, answers.get(c.dof), c.kind == "mass", DOFS[c.dof]) for c in COEFFICIENTS
-    )
     return Identification(
         method,
         Outcome.CONVERGED,
-        parameters,
-        name,
+        tuple(_parameter(c.name, answers.get(c.dof), c.kind == "mass", DOFS[c.dof]) for c in COEFFICIENTS),
+        configuration,
         dive.name,
         dive.sha256,
         file.vehicle.name,
         file.sha256,
         dive.duration_s,
-        samples,
-        wall_s=wall_s,
+        len(terms[0].force),
+        wall_s=time.perf_counter() - started,
     )
 
 

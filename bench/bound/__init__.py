@@ -3,7 +3,3 @@
 `bound` sets it up and inverts, `kernel` runs the joint filter and its sensitivities. No code here is shared with the
 estimators that are judged by it.
 """
-
-from bench.bound.bound import Information, cramer_rao, information
-
-__all__ = ["Information", "cramer_rao", "information"]

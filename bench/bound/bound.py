@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.bound import kernel
-from bench.missions import Mission
+from bench.missions.mission import Mission
 from bench.missions.sensors import EVENT_STEPS, STEP_S
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import COEFFICIENTS

@@ -8,9 +8,11 @@ from bench.diagnosis import goals, speed, tables
 from bench.diagnosis.plan import BENCH, FULL, SHORT, planned
 from bench.diagnosis.trials import Trial, measured
 from bench.remembered import Remembered
-from bench.words import paragraph
+from bench.stamp import reached
+from bench.words import blocks, paragraph
 from identify.challenge.score import score
 
+SOURCES = (*speed.SOURCES, reached("bench/diagnosis/page.py"))
 POINTS = 8
 
 
@@ -19,11 +21,11 @@ def section(cache: Path, short: bool) -> str:
     plan = planned(SHORT if short else FULL)
     trials = measured(plan, Remembered(cache / "diagnosis.jsonl"), "diagnosis")
     timed = speed.measured(Remembered(cache / "diagnosis-speed.jsonl"), short)
-    return page(trials, speed.lines(timed))
+    return page(trials, speed.words(timed))
 
 
-def page(trials: Sequence[Trial], fast: Sequence[str]) -> str:
-    """The section from its trials and the lines on its speed."""
+def page(trials: Sequence[Trial], fast: str) -> str:
+    """The section from its trials and the words on its speed."""
     groups = {
         group: [trial for trial in trials if trial.group == group] for group in ("one", "novel", "left out")
     }
@@ -31,44 +33,31 @@ def page(trials: Sequence[Trial], fast: Sequence[str]) -> str:
         [trial.truth for trial in trials], {trial.name: trial.answer for trial in trials if trial.answer}
     )
     refused = [f"{trial.name} ({trial.refusal})" for trial in trials if trial.answer is None]
-    lines = [
+    return blocks(
         "## Diagnosis of hidden effects",
-        "",
-        *_introduction(trials),
-        "",
-        *goals.lines(scored),
-        "",
+        _introduction(trials),
+        goals.words(scored),
         f"Refused: {'; '.join(refused) if refused else 'none'}.",
-        "",
-        *tables.pooled_power(groups["one"], POINTS),
-        "",
-        *paragraph(
+        tables.pooled_power(groups["one"], POINTS),
+        paragraph(
             "By effect, sizes over the noise floor; of a dive that named another cause first, that cause. A power",
             "curve of each effect is a section of its own, `power`, which is measured on request.",
         ),
-        "",
-        *tables.by_effect(groups["one"]),
-        "",
-        *paragraph(
+        tables.by_effect(groups["one"]),
+        paragraph(
             "Unknown effects: eight that no library has, and each effect once more with the library lacking it and its",
             "true class. Where another effect of the library makes up for one that it lacks, that one is named.",
             "Detectors were added for some of the very kinds that are planted here, so these figures say little of",
             "others; [unknown forces](#unknown-forces-drawn-by-a-grammar) were drawn after the code was fixed.",
         ),
-        "",
-        *tables.unknowns([*groups["novel"], *groups["left out"]]),
-        "",
+        tables.unknowns([*groups["novel"], *groups["left out"]]),
         "Stated probabilities:",
-        "",
-        *tables.calibration(trials),
-        "",
-        *fast,
-        "",
-    ]
-    return "\n".join(lines)
+        tables.calibration(trials),
+        fast,
+    )
 
 
-def _introduction(trials: Sequence[Trial]) -> list[str]:
+def _introduction(trials: Sequence[Trial]) -> str:
     count = {
         group: sum(trial.group == group for trial in trials)
         for group in dict.fromkeys(t.group for t in trials)

@@ -12,15 +12,30 @@ from pathlib import Path
 
 from bench.diagnosis import goals
 from bench.diagnosis.plan import FULL, SHORT, Planned, power_planned
-from bench.diagnosis.sources import DECIDED
 from bench.diagnosis.tables import EACH_POINT, by_size, judged
 from bench.diagnosis.trials import trial, trial_job
 from bench.remembered import Data, Job, Remembered, pack
-from bench.stamp import ROOT, stamp
-from bench.words import paragraph, table
+from bench.stamp import CURVES, ROOT, reached, stamp
+from bench.words import blocks, paragraph, table
 from identify.challenge.score import CLEAR, Rate
 
 POINTS = 3
+CARRIED = ("identify/effects/", "bridge/vehicle/")
+
+
+def _decides(path: str) -> bool:
+    return path.startswith(CARRIED) or not path.startswith(
+        ("bridge/", "identify/ingest/", "identify/report/")
+    )
+
+
+DECIDED = (
+    reached("bench/diagnosis/trials.py", "identify/challenge/score.py", belongs=_decides),
+    CURVES,
+)
+"""Code that plants an effect and names it, without the link and the files between: its values are tested separately,
+and a change there does not discard rows of the power curves, which take hours."""
+SOURCES = (*DECIDED, *(f"bench/diagnosis/{name}.py" for name in ("goals", "power", "tables")))
 
 
 def section(cache: Path, results: Path, short: bool) -> str:
@@ -73,26 +88,20 @@ def page(rows: Sequence[Data], first: int, results: Path) -> str:
         of_effect = [(float(row["size"]), bool(row["hit"])) for row in rows if row["effect"] == name]
         for low, high, rate in by_size(of_effect, POINTS):
             lines.append((f"`{name}`", f"{low:.2f} to {high:.2f}", goals.figure_words(rate)))
-    return "\n".join(
-        [
-            "## Power of the diagnosis",
-            "",
-            *paragraph(
-                f"How large each effect has to be to be named: {len(rows)} dives as in the section on the diagnosis,",
-                f"seeds from {first} on, {len(names)} effects each alone; those that a refit takes up whole have",
-                f"nothing to be seen by. A point holds {EACH_POINT} dives or more, or all of its effect, cut by size.",
-                f"Every row is in `{results.relative_to(ROOT)}`.",
-            ),
-            "",
-            *_over_all(rows),
-            "",
-            *table(("effect", "size over the noise floor", "named first, or its class"), lines),
-            "",
-        ]
+    return blocks(
+        "## Power of the diagnosis",
+        paragraph(
+            f"How large each effect has to be to be named: {len(rows)} dives as in the section on the diagnosis,",
+            f"seeds from {first} on, {len(names)} effects each alone; those that a refit takes up whole have",
+            f"nothing to be seen by. A point holds {EACH_POINT} dives or more, or all of its effect, cut by size.",
+            f"Every row is in `{results.relative_to(ROOT)}`.",
+        ),
+        _over_all(rows),
+        table(("effect", "size over the noise floor", "named first, or its class"), lines),
     )
 
 
-def _over_all(rows: Sequence[Data]) -> list[str]:
+def _over_all(rows: Sequence[Data]) -> str:
     """The rates of all dives, and of those with a size of CLEAR or more over the floor."""
     shown = [row for row in rows if row["size"] >= CLEAR]
     unseen = sum(not row["hit"] and row["said"] == "no_gap" for row in rows)

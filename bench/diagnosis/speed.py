@@ -12,15 +12,15 @@ from functools import cache, partial
 from pathlib import Path
 
 from bench.diagnosis.plan import BENCH, DEVELOPMENT, SPEED
-from bench.diagnosis.sources import SPEED as SOURCES
 from bench.field.draw import draw, effects_of
 from bench.remembered import Data, Remembered
-from bench.stamp import stamp
+from bench.stamp import CURVES, reached, stamp
 from bench.words import paragraph
 from bridge.errors import FitError
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.seal import tlog_of
 
+SOURCES = (reached("bench/diagnosis/speed.py", "tui/commands/diagnose.py"), CURVES)
 DIVE, VEHICLE = "dive.tlog", "vehicle.yaml"
 LONG_S = 600.0
 GOAL_S, SLOWEST_GOAL_S = 5.0, 15.0
@@ -56,7 +56,7 @@ def measured(kept: Remembered, short: bool) -> list[Data]:
     ]
 
 
-def lines(results: Sequence[Data]) -> list[str]:
+def words(results: Sequence[Data]) -> str:
     """The paragraph of the page."""
     all_s, both_s = [data["cores"] for data in results], [data for data in results if "one core" in data]
     median_s, slowest_s = statistics.median(all_s), max(all_s)

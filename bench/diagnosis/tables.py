@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.diagnosis.goals import figure_words
 from bench.diagnosis.trials import Trial
-from bench.words import paragraph, table
+from bench.words import blocks, paragraph, table
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.answer import UNMEASURED, VECTORS, errors
 from identify.challenge.planted_effects import ABSORBED
@@ -45,24 +45,23 @@ def by_size(hits: Sequence[tuple[float, bool]], points: int) -> list[tuple[float
     ]
 
 
-def pooled_power(trials: Sequence[Trial], points: int) -> list[str]:
+def pooled_power(trials: Sequence[Trial], points: int) -> str:
     """The power curve of all effects that remain visible after a refit, together."""
     seen = [
         (float(trial.truth["size"]), judged(trial).first()) for trial in trials if judged(trial).kind == "one"
     ]
     rows = [(f"{low:.2f} to {high:.2f}", figure_words(rate)) for low, high, rate in by_size(seen, points)]
-    return [
-        *paragraph(
+    return blocks(
+        paragraph(
             "How large it has to be: all effects together, by what a refit leaves of them over the noise floor of the",
             "dive (a force: rms over the standard deviation of the disturbance; a reading: over its sensor's noise;",
             "that of the degree of freedom where it is largest).",
         ),
-        "",
-        *table(("size over the noise floor", "named first, or its class"), rows),
-    ]
+        table(("size over the noise floor", "named first, or its class"), rows),
+    )
 
 
-def by_effect(trials: Sequence[Trial]) -> list[str]:
+def by_effect(trials: Sequence[Trial]) -> str:
     """Table of the effects that were hidden alone."""
     rows = []
     units = _units()
@@ -79,7 +78,7 @@ def by_effect(trials: Sequence[Trial]) -> list[str]:
     return table(BY_EFFECT, rows)
 
 
-def calibration(trials: Sequence[Trial]) -> list[str]:
+def calibration(trials: Sequence[Trial]) -> str:
     """How often causes of a stated probability were present."""
     stated = [
         (named.probability, judged(trial).right(named)) for trial in trials for named in judged(trial).named
@@ -94,10 +93,10 @@ def calibration(trials: Sequence[Trial]) -> list[str]:
             span = f"{k / BINS:.1f} to {(k + 1) / BINS:.1f}"
             rows.append((span, len(in_bin), f"{mean:.3f}", figure_words(rate)))
     head = ("stated probability", "causes", "mean stated", "were there")
-    return table(head, rows) if rows else ["No probability was stated."]
+    return table(head, rows) if rows else "No probability was stated."
 
 
-def unknowns(trials: Sequence[Trial]) -> list[str]:
+def unknowns(trials: Sequence[Trial]) -> str:
     """Verdicts on effects that no library has, and on effects that were left out of the library, by kind."""
     rows = []
     keys = list(dict.fromkeys((dive.group, dive.truth["effects"][0]["name"]) for dive in trials))

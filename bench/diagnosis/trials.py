@@ -3,7 +3,6 @@
 The key of an answer holds a stamp of its code, so that answers of older code never count for the present code.
 """
 
-import math
 import tempfile
 import time
 from collections.abc import Sequence
@@ -12,12 +11,9 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from bench.diagnosis.plan import Planned
-from bench.diagnosis.sources import ANSWERS
-from bench.remembered import Data, Job, Remembered, finite
-from bench.stamp import stamp
+from bench.remembered import Data, Job, Remembered
+from bench.stamp import CURVES, reached, stamp
 from bridge.errors import SeatrialError
 from identify.challenge.answer import Answer, answer_of
 from identify.challenge.case import Case, check_of, dive_of
@@ -29,26 +25,20 @@ from identify.effects.effect import Effect
 from identify.effects.library import library
 from identify.ingest.open import read_dive
 
+SOURCES = (reached("bench/diagnosis/trials.py"), CURVES)
 CHECKED = ("one", "two")
 """Groups with a check dive, because they have a gap that can be closed."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """A planned dive with its truth, the answer (None with the reason if the diagnosis refused), and the CPU seconds.
-
-    before, after, floor (6,): rms drifts on the check dive after 5 s, m/s and rad/s, NaN in axes that are not fitted;
-    empty if no check dive was flown.
-    """
+    """A planned dive, its truth, the answer (None with the reason if the diagnosis refused), and the CPU seconds."""
 
     group: str
     truth: dict[str, Any]
     answer: Answer | None
     refusal: str
     seconds: float
-    before: tuple[float, ...]
-    after: tuple[float, ...]
-    floor: tuple[float, ...]
 
     @property
     def name(self) -> str:
@@ -57,7 +47,7 @@ class Trial:
 
 def measured(plan: Sequence[Planned], kept: Remembered, words: str) -> list[Trial]:
     """The trials of all dives; those missing in `kept` are diagnosed, one core each."""
-    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*ANSWERS)}": partial(trial_job, dive) for dive in plan}
+    jobs: dict[str, Job] = {f"{dive.name}:{stamp(*SOURCES)}": partial(trial_job, dive) for dive in plan}
     return [trial(data) for data in kept.fill(jobs, words).values()]
 
 
@@ -82,7 +72,6 @@ def trial_job(planned: Planned) -> Data:
         "answer": None if diagnosed is None else plain(diagnosed),
         "refusal": refusal,
         "seconds": seconds,
-        "drifts": [] if diagnosed is None else _drifts(diagnosed),
     }
 
 
@@ -96,19 +85,7 @@ def effects_for(case: Case) -> tuple[Effect, ...]:
 def trial(data: Data) -> Trial:
     """Build a trial from its JSON."""
     answer = None if data["answer"] is None else answer_of(data["answer"])
-    rows = [tuple(math.nan if v is None else v for v in row) for row in data["drifts"]] or [(), (), ()]
-    return Trial(data["group"], data["truth"], answer, data["refusal"], data["seconds"], *rows)
-
-
-def _drifts(diagnosis: Diagnosis) -> list[list[float | None]]:
-    """Rms drift before and after, and the floor, by axis, at the ends of the windows."""
-    flown = diagnosis.prediction
-    if flown is None:
-        return []
-    ends = np.flatnonzero(np.diff(flown.window, append=flown.window[-1] + 1))
-    off = [simulated[ends] - flown.measured[ends] for simulated in (flown.before, flown.after)]
-    rows = [*(np.sqrt(np.mean(simulated**2, axis=0)) for simulated in off), flown.floor]
-    return [[finite(value) for value in row] for row in rows]
+    return Trial(data["group"], data["truth"], answer, data["refusal"], data["seconds"])
 
 
 def recorded_dive(case: Case) -> Dive:

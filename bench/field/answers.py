@@ -9,16 +9,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import yaml
 
 from bench.field.draw import draw
 from bench.field.export import COMPANION, Rates
 from bench.field.regressions import NAMES, ForecastRow, drifts_of, foretold_by
 from bench.remembered import Data
+from bench.stamp import CURVES, reached
 from bridge.arrays import Array
 from bridge.errors import FitError
 
 SYMBOLS = "uvwpqr"
+SOURCES = (reached("bench/field/answers.py", "tui/commands/diagnose.py"), CURVES)
+"""Code that makes, diagnoses and predicts the dives, all that the command runs through."""
 
 
 @dataclass(frozen=True)
@@ -36,40 +38,35 @@ class Planned:
 
 
 def planned_job(planned: Planned) -> Data:
-    """Make a dive of the plan, diagnose it, and return the result."""
-    case = replace(draw(planned.seed, planned.number, planned.effect), rates=planned.rates)
-    with tempfile.TemporaryDirectory() as folder:
-        for name, data in case.files().items():
-            (Path(folder) / name).write_bytes(data)
-        return folder_job(Path(folder))
-
-
-def folder_job(folder: Path) -> Data:
-    """Diagnose the dive in a folder.
+    """Make a dive of the plan, and diagnose it as a crew does.
 
     Returns its truth, the answer (None with the reason if refused), the CPU seconds, and the drifts of each method on
     the check dive.
     """
     from tui.cli import main
 
-    truth = yaml.safe_load((folder / "truth.yaml").read_text(encoding="utf-8"))
-    said, heard = io.StringIO(), io.StringIO()
-    with tempfile.TemporaryDirectory() as out:
-        answer, foretold = Path(out) / "answer.json", Path(out) / "check.csv"
-        words = ["diagnose", str(folder / "dive.tlog.gz"), "--vehicle", str(folder / "vehicle.yaml")]
-        words += ["--check", str(folder / "check.tlog.gz"), "--json", str(answer), "--predict", str(foretold)]
-        began, began_s = time.process_time(), time.perf_counter()
-        with contextlib.redirect_stdout(heard), contextlib.redirect_stderr(said):
+    case = replace(draw(planned.seed, planned.number, planned.effect), rates=planned.rates)
+    truth = case.truth()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        vehicle, recorded, check = (folder / each for each in ("vehicle.yaml", "dive.tlog", "check.tlog"))
+        vehicle.write_text(case.vehicle.text, encoding="utf-8")
+        recorded.write_bytes(case.recording(0))
+        check.write_bytes(case.recording(1))
+        answer, foretold = folder / "answer.json", folder / "check.csv"
+        words = ["diagnose", str(recorded), "--vehicle", str(vehicle), "--check", str(check)]
+        words += ["--json", str(answer), "--predict", str(foretold)]
+        said = io.StringIO()
+        began = time.process_time()
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
             code = main(words)
-        seconds, wall_s = time.process_time() - began, time.perf_counter() - began_s
-        refusal = said.getvalue().strip().rpartition("\n")[2] if code else ""
+        seconds = time.process_time() - began
         prediction = read_foretold(foretold.read_text(encoding="utf-8")) if foretold.exists() else None
         return {
             "truth": truth,
             "answer": json.loads(answer.read_text(encoding="utf-8")) if answer.exists() else None,
-            "refusal": refusal,
+            "refusal": said.getvalue().strip().rpartition("\n")[2] if code else "",
             "seconds": seconds,
-            "wall_s": wall_s,
             "drifts": {} if prediction is None else _drifts(folder, prediction, truth),
         }
 

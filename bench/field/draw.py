@@ -1,15 +1,13 @@
 """`draw(seed, number, effect)`: a field dive with a drawn vehicle, filter and sea, and at most one hidden effect."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
-import yaml
 
 from bench.field.autopilot import Autopilot, VelocityFilter, draw_autopilot, draw_filter
-from bench.field.export import COMPANION, Rates, down, packed, telemetry_of, tlog_of
+from bench.field.export import COMPANION, Rates, down, telemetry_of, tlog_of
 from bench.field.mission import TICK_S, Pilot, draw_mission, draw_pilot, sticks_of
 from bench.field.planted_effects import PLANTS
 from bench.field.scenario import Planted, scenario_of
@@ -160,23 +158,14 @@ class FieldCase:
             self.rates,
         )
 
-    def files(self) -> dict[str, bytes]:
-        """All files of the case's folder, by name."""
-        truth = yaml.safe_dump(self.truth(), sort_keys=False)
-        return {
-            "dive.tlog.gz": packed(self.recording(0)),
-            "check.tlog.gz": packed(self.recording(1)),
-            "vehicle.yaml": self.vehicle.text.encode(),
-            "truth.yaml": truth.encode(),
-        }
-
     def truth(self) -> dict[str, Any]:
         """The hidden effect and the true vehicle, filter and sea, as plain data."""
         by, vehicle, velocity_filter = self.felt(), self.vehicle, self.filter
+        parameters = {} if self.planted is None else self.planted.parameters
         return {
             "name": self.name,
             "effect": [self.effect],
-            "effect_parameters": {} if self.planted is None else _plain(self.planted.parameters),
+            "effect_parameters": {name: _digits(value) for name, value in parameters.items()},
             "drawn_size": _digits(self.size),
             "size_over_sea": _digits(by.size if self.planted else 0.0),
             "where": by.where if self.planted else "",
@@ -198,10 +187,6 @@ class FieldCase:
 
 def _digits(value: float) -> float:
     return float(f"{value:.6g}")
-
-
-def _plain(values: dict[str, float]) -> dict[str, float]:
-    return {name: _digits(value) for name, value in values.items()}
 
 
 def effects_of(seed: int, count: int) -> list[str]:
@@ -278,11 +263,6 @@ def _planted(
 ) -> FieldCase:
     planted = PLANTS[effect](np.random.default_rng([seed, number, 32]), parts[0], parts[1], size)
     return FieldCase(seed, number, *parts, seconds, planted, size)
-
-
-def plan(seed: int, count: int) -> Sequence[tuple[int, str]]:
-    """Numbers and effects of `count` dives."""
-    return list(enumerate(effects_of(seed, count)))
 
 
 def _fly(case: FieldCase, which: int) -> Flown:

@@ -1,6 +1,5 @@
 """A flown dive as a stock autopilot's `.tlog`: only ArduSub's messages, in its units and at its rates, frames lost."""
 
-import gzip
 import struct
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -133,11 +132,6 @@ def tlog_of(
         if rng.random() >= lost:
             records.append(_STAMP.pack(UNIX_US + round(1e6 * time_s) + late_us) + raw)
     return b"".join(records)
-
-
-def packed(data: bytes) -> bytes:
-    """Gzip the recording; the same recording gives the same bytes."""
-    return gzip.compress(data, 6, mtime=0)
 
 
 def _messages(contents: MessageContents, rates: Rates) -> Iterator[tuple[int, float, object]]:

@@ -4,9 +4,11 @@ from pathlib import Path
 
 from bench.field.export import STATION
 from bench.field.score import Judged
+from bench.field.section import SOURCES as FIELD
 from bench.field.section import cases_of, further_figures, goals, wrong
-from bench.words import paragraph
+from bench.words import blocks, paragraph
 
+SOURCES = (*FIELD, "bench/field/ground_station.py")
 SEED, COUNT = 610_000, 56
 SHORT_SEED, SHORT_COUNT = 395_000, 8
 """Nothing is tuned on dives of SEED; the short form, which anyone may look at, uses seeds of development."""
@@ -20,20 +22,14 @@ def section(cache: Path, short: bool) -> str:
 
 def page(cases: list[Judged], seed: int) -> str:
     """The section from its dives."""
-    lines = [
+    return blocks(
         "## Field dives as a ground station records them",
-        "",
-        *paragraph(
+        paragraph(
             f"{len(cases)} further [field dives](#field-dives) (seed {seed}) with pulses, accelerometer and pressure",
             "twice a second, position at 3.3 Hz, attitude and the sticks at 20 Hz. The pulses between two are reckoned",
             "from the sticks and the attitude. The goals are those of the others.",
         ),
-        "",
-        *goals(cases),
-        "",
-        *further_figures(cases),
-        "",
-        *wrong(cases),
-        "",
-    ]
-    return "\n".join(lines)
+        goals(cases),
+        further_figures(cases),
+        wrong(cases),
+    )

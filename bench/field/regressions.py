@@ -71,7 +71,7 @@ def foretold_by(folder: Path, foretold: ForecastRow, truth: dict[str, Any]) -> d
     """Velocities (n, 6) by each plain method and by the truth; by PySINDy if the extra `bench` is installed."""
     file = load_vehicle(str(folder / "vehicle.yaml"))
     name = next(iter(file.vehicle.configurations))
-    dive, check = (read_dive(folder / f"{recording}.tlog.gz", None, file) for recording in ("dive", "check"))
+    dive, check = (read_dive(folder / f"{recording}.tlog", None, file) for recording in ("dive", "check"))
     squares = least_squares(dive, file, name)
     models = {NAMES[2]: squares, NAMES[4]: true_one(truth)}
     if find_spec("pysindy"):
@@ -79,14 +79,10 @@ def foretold_by(folder: Path, foretold: ForecastRow, truth: dict[str, Any]) -> d
     return {title: fly(model, check, file, name, foretold) for title, model in models.items()}
 
 
-def _terms(
-    dive: Dive, file: VehicleFile, name: str, delay_s: float, cutoff_hz: float
-) -> tuple[AlignedDive, Array]:
-    """Return the dive on a grid, and the wrench less restoring force (n, 6), delayed by `delay_s`."""
-    shape = file.vehicle.configurations[name]
-    grid = aligned(dive, file, name, RATE_HZ, cutoff_hz)
+def _pushed(grid: AlignedDive, shape: Configuration, delay_s: float) -> Array:
+    """The wrench less restoring force (n, 6), delayed by `delay_s`."""
     push = np.column_stack([np.interp(grid.time_s - delay_s, grid.time_s, column) for column in grid.tau.T])
-    return grid, push - _restoring(shape, grid.attitude)
+    return push - _restoring(shape, grid.attitude)
 
 
 def _restoring(shape: Configuration, attitude: Array) -> Array:
@@ -109,12 +105,9 @@ def _columns(nu: Array, dof: int) -> Array:
 def least_squares(dive: Dive, file: VehicleFile, name: str) -> Regressed:
     """Regress force on acceleration and drag terms axis by axis, with the delay of least residual over all axes."""
     best: tuple[float, Regressed] | None = None
-    grid, _ = _terms(dive, file, name, 0.0, CUTOFF_HZ)
+    grid = aligned(dive, file, name, RATE_HZ, CUTOFF_HZ)
     for delay_s in DELAYS_S:
-        push = np.column_stack(
-            [np.interp(grid.time_s - delay_s, grid.time_s, column) for column in grid.tau.T]
-        )
-        push = push - _restoring(file.vehicle.configurations[name], grid.attitude)
+        push = _pushed(grid, file.vehicle.configurations[name], delay_s)
         left, rows = 0.0, []
         for dof in AXES:
             table = np.column_stack([grid.nu_dot[:, dof], _columns(grid.nu, dof)])[grid.valid]
@@ -132,7 +125,8 @@ def sindy(dive: Dive, file: VehicleFile, name: str, delay_s: float) -> Regressed
     """Regress acceleration on force and drag terms by PySINDy with a threshold, on smoothed finite differences."""
     import pysindy
 
-    grid, push = _terms(dive, file, name, delay_s, RATE_HZ / 2)
+    grid = aligned(dive, file, name, RATE_HZ, RATE_HZ / 2)
+    push = _pushed(grid, file.vehicle.configurations[name], delay_s)
     rows = []
     for dof in AXES:
         inputs = np.column_stack([push[:, dof], _columns(grid.nu, dof)[:, 1:4]])

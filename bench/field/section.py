@@ -10,17 +10,18 @@ from pathlib import Path
 import numpy as np
 
 from bench.diagnosis.goals import figure_words
+from bench.field.answers import SOURCES as ANSWERED
 from bench.field.answers import Planned, planned_job
-from bench.field.draw import DIVE_S, NONE, plan
+from bench.field.draw import DIVE_S, NONE, effects_of
 from bench.field.export import COMPANION, Rates
 from bench.field.regressions import HORIZONS_S, NAMES
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
-from bench.field.sources import ANSWERS
 from bench.remembered import Remembered
-from bench.stamp import stamp
-from bench.words import in_a_word, paragraph, table
+from bench.stamp import reached, stamp
+from bench.words import blocks, in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
+SOURCES = (*ANSWERED, reached("bench/field/section.py"))
 SEED, COUNT = 600_000, 240
 SHORT_SEED, SHORT_COUNT = 390_000, 16
 """Nothing is tuned on dives of SEED; the short form, which anyone may look at, uses seeds of development."""
@@ -34,38 +35,28 @@ def section(cache: Path, short: bool) -> str:
 
 def cases_of(cache: Path, seed: int, count: int, rates: Rates) -> list[Judged]:
     """The dives of a plan and their answers, from the results in `cache`; runs those that are missing there."""
-    dives = [Planned(seed, number, effect, rates) for number, effect in plan(seed, count)]
-    jobs = {f"{dive.name}:{stamp(*ANSWERS)}": partial(planned_job, dive) for dive in dives}
+    dives = [Planned(seed, number, effect, rates) for number, effect in enumerate(effects_of(seed, count))]
+    jobs = {f"{dive.name}:{stamp(*ANSWERED)}": partial(planned_job, dive) for dive in dives}
     return [judged(data) for data in Remembered(cache / "field.jsonl").fill(jobs, "field dives").values()]
 
 
 def page(cases: Sequence[Judged], seed: int) -> str:
     """The section from its dives."""
-    return "\n".join(["## Field dives", "", *_introduction(cases, seed), "", *lines(cases), ""])
-
-
-def lines(cases: Sequence[Judged]) -> list[str]:
-    """The tables of the section."""
-    return [
-        *goals(cases),
-        "",
-        *further_figures(cases),
-        "",
-        *paragraph(
+    return blocks(
+        "## Field dives",
+        _introduction(cases, seed),
+        goals(cases),
+        further_figures(cases),
+        paragraph(
             "Power by effect. Sizes over the sea: the rms of what a refit of masses, linear and quadratic dampings",
             "leaves of the planted wrench, over the standard deviation of the sea, in the degree of freedom where it",
             "is largest. Errors of sizes are over what was planted.",
         ),
-        "",
-        *by_effect(cases),
-        "",
+        by_effect(cases),
         "By size, all effects together:",
-        "",
-        *by_size(cases),
-        "",
-        *wrong(cases),
-        "",
-        *paragraph(
+        by_size(cases),
+        wrong(cases),
+        paragraph(
             "Prediction: the check dive, another mission of the same vehicle, foretold from the measured velocity by",
             "recorded thrust and attitude alone, by what was learnt of the dive; medians over the dives of the rms",
             "over windows. The velocity that all begin with and are held against is the one that the diagnosis",
@@ -73,12 +64,11 @@ def lines(cases: Sequence[Judged]) -> list[str]:
             "seek one delay of thrust on a grid; the last row has the true coefficients, no delay, and nothing of what",
             "hides.",
         ),
-        "",
-        *prediction(cases),
-    ]
+        prediction(cases),
+    )
 
 
-def _introduction(cases: Sequence[Judged], seed: int) -> list[str]:
+def _introduction(cases: Sequence[Judged], seed: int) -> str:
     empty = sum(case.empty for case in cases)
     return paragraph(
         f"{len(cases)} dives of {DIVE_S[0]:g} to {DIVE_S[1]:g} s as a stock ArduSub records them (`bench/field`,",
@@ -100,7 +90,7 @@ BY_EFFECT = (
 )  # fmt: skip
 
 
-def goals(cases: Sequence[Judged]) -> list[str]:
+def goals(cases: Sequence[Judged]) -> str:
     """Each goal with its figure and whether it is met."""
     named, wrong, off, late = rate_named(cases), false_causes(cases), magnitudes(cases), delays_s(cases)
     within = Rate(sum(error <= SIZE_GOAL for error in off), len(off))
@@ -127,7 +117,7 @@ def _goal(words: str, figure: str, value: float, met: bool) -> tuple[str, str, s
     return words, figure, "nothing to judge" if math.isnan(value) else in_a_word(met)
 
 
-def further_figures(cases: Sequence[Judged]) -> list[str]:
+def further_figures(cases: Sequence[Judged]) -> str:
     """Further figures next to the goals, in a few sentences."""
     hidden, empty = [case for case in cases if not case.empty], [case for case in cases if case.empty]
     named, also = rate_named(cases), rate_also(cases)
@@ -154,7 +144,7 @@ def _counted(counts: Counter[str]) -> str:
     return ", ".join(f"{name.replace('_', ' ')} {count}" for name, count in counts.most_common()) or "none"
 
 
-def by_effect(cases: Sequence[Judged]) -> list[str]:
+def by_effect(cases: Sequence[Judged]) -> str:
     """Table of the power by effect."""
     rows = []
     for name in sorted({case.effect for case in cases} - {NONE}):
@@ -185,7 +175,7 @@ def _instead(missed: Sequence[Judged]) -> str:
     return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
 
 
-def by_size(cases: Sequence[Judged]) -> list[str]:
+def by_size(cases: Sequence[Judged]) -> str:
     """Table of the power by size over the sea, all effects together."""
     hidden = sorted((one for one in cases if not one.empty), key=lambda one: one.size)
     rows = []
@@ -198,19 +188,19 @@ def by_size(cases: Sequence[Judged]) -> list[str]:
     return table(("size over the sea", "named (95 % bounds)"), rows)
 
 
-def wrong(cases: Sequence[Judged]) -> list[str]:
+def wrong(cases: Sequence[Judged]) -> str:
     """Table of the causes that were accepted and not present."""
     said, empty = (
         Counter(name for case in some for name in dict.fromkeys(cause.name for cause in case.false()))
         for some in (cases, [case for case in cases if case.empty])
     )
     if not said:
-        return ["No false cause was accepted."]
+        return "No false cause was accepted."
     rows = [(f"`{name}`", count, empty[name]) for name, count in said.most_common()]
     return table(("accepted, and not there", "dives", "of these hid nothing"), rows)
 
 
-def prediction(cases: Sequence[Judged]) -> list[str]:
+def prediction(cases: Sequence[Judged]) -> str:
     """Drift on check dives by method: medians over the dives of the rms over windows."""
     flown = [case for case in cases if case.drifts]
     heads = [

@@ -1,9 +1,5 @@
-"""Simulated missions that nothing was tuned on: `draw(seeds)` gives vehicles, dives and the truth behind them.
+"""Simulated missions that nothing was tuned on: `draw_one(seed)` gives a vehicle, a dive and the truth behind it.
 
 `vehicles` draws a vehicle, `sensors` its sensors, `manoeuvres` its reference, `kernel` dives it under feedback,
 `mission` puts the four together as a `Mission`.
 """
-
-from bench.missions.mission import Mission, draw
-
-__all__ = ["Mission", "draw"]

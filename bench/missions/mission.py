@@ -1,4 +1,4 @@
-"""`draw(seeds)`: a mission for each seed, with its dive as a recording would give it and the truth behind it.
+"""`draw_one(seed)`: a mission, with its dive as a recording would give it and the truth behind it.
 
 The simulation uses the estimators' own model class: six degrees of freedom with full Coriolis, diagonal total mass,
 linear damping, restoring, a constant trim force, a first-order Gauss-Markov disturbance, white noise without bias.
@@ -7,9 +7,6 @@ The thruster curve, its lag and the sensors' positions are those of the vehicle 
 """
 
 import hashlib
-import os
-from collections.abc import Iterable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,12 +45,6 @@ class Mission:
     disturbance: Array
     drawn: DrawnVehicle
     sensors: SensorSuite
-
-
-def draw(seeds: Iterable[int]) -> list[Mission]:
-    """The missions of these seeds, each independent of the others; one thread per core."""
-    with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(draw_one, seeds))
 
 
 def draw_one(seed: int, repeat: int = 0, seconds: float | None = None, kind: str | None = None) -> Mission:

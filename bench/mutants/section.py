@@ -9,7 +9,7 @@ from rich.progress import track
 from bench.mutants.changes import drawn
 from bench.mutants.trials import ENOUGH_S, PATIENCE, START_S, Verdict, checkout
 from bench.remembered import Remembered
-from bench.words import in_a_word, paragraph, table
+from bench.words import blocks, in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -44,11 +44,10 @@ def page(verdicts: Sequence[Verdict], wanted: int) -> str:
             f"The run was ended after {len(verdicts)} of them.",
             "not judged before all have run",
         )
-    survivors = [f"- `{verdict.mutant}`" for verdict in verdicts if verdict.by is None]
-    lines = [
+    survivors = "\n".join(f"- `{verdict.mutant}`" for verdict in verdicts if verdict.by is None)
+    return blocks(
         "## Small changes that no test notices",
-        "",
-        *paragraph(
+        paragraph(
             f"{wanted} places in the code were drawn (seed {SEED}), the same number in each folder, every place of a",
             "folder as likely as any other: a comparison, an operator, `not`, `min` and `max`, a number, a condition,",
             "a returned value, a step of its own. Each is changed by itself on a copy of the tree. The test files that",
@@ -57,24 +56,18 @@ def page(verdicts: Sequence[Verdict], wanted: int) -> str:
             f"{ENOUGH_S:g} s. Text, hints of types, decorators and `assert` stay; the type checker is not asked. A",
             f"change that alters nothing that a user could see counts as one that survived. {partial}",
         ),
-        "",
-        *paragraph(
+        paragraph(
             f"Goal: {100 * GOAL:.0f} % noticed. {f'{100 * share:.1f} %' if verdicts else 'None has run'}: {judged}.",
             "Tests were added for changes of this draw that survived at first: another seed tells how other changes",
             "fare.",
         ),
-        "",
-        *table(
+        table(
             ("folder", "mutants", "noticed", "survived", "share (95 % bounds)"),
             [*rows, _row("all", verdicts)],
         ),
-        "",
         "Survivors:" if survivors else "None survived.",
-        "",
-        *survivors,
-        "",
-    ]
-    return "\n".join(lines)
+        survivors,
+    )
 
 
 def _row(name: str, verdicts: Sequence[Verdict]) -> tuple[object, ...]:

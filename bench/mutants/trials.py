@@ -33,12 +33,11 @@ NO_TESTS = 5
 
 @dataclass(frozen=True)
 class Verdict:
-    """The test file that noticed a mutant, None if none did; `tests` is the number that ran, `seconds` their time."""
+    """The test file that noticed a mutant, None if none did; `tests` is the number that ran."""
 
     mutant: Mutant
     by: str | None
     tests: int
-    seconds: float
 
 
 @contextlib.contextmanager
@@ -66,14 +65,14 @@ class Checkout:
         if key in kept:
             known = kept.get(key, dict)
             if known["code"] == stamp(known["by"] or "tests"):
-                return Verdict(mutant, known["by"], known["tests"], known["seconds"])
+                return Verdict(mutant, known["by"], known["tests"])
         verdict = self._ran(mutant, nearest_tests(self._root, mutant.file), kept)
         code = stamp(verdict.by or "tests")
-        kept.put(key, {"by": verdict.by, "tests": verdict.tests, "seconds": verdict.seconds, "code": code})
+        kept.put(key, {"by": verdict.by, "tests": verdict.tests, "code": code})
         return verdict
 
     def _ran(self, mutant: Mutant, tests: list[str], kept: Remembered) -> Verdict:
-        began_s, spent_s, count = time.monotonic(), 0.0, 0
+        spent_s, count = 0.0, 0
         for test in tests:
             alone = kept.get(f"{test} {stamp(test)} {stamp(*PRODUCT)}", partial(self._alone, test))
             if not alone["passes"]:
@@ -82,10 +81,10 @@ class Checkout:
             with self._changed(mutant):
                 code, _ = self._run(test, START_S + PATIENCE * alone["seconds"], self._mutated)
             if code:
-                return Verdict(mutant, test, count, time.monotonic() - began_s)
+                return Verdict(mutant, test, count)
             if spent_s > ENOUGH_S:
                 break
-        return Verdict(mutant, None, count, time.monotonic() - began_s)
+        return Verdict(mutant, None, count)
 
     def _alone(self, test: str) -> Data:
         """How a test file runs without a mutant."""

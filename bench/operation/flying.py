@@ -16,8 +16,8 @@ import numpy as np
 
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, reached, stamp
-from bench.words import paragraph, percent, table
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph, percent, table
 from bridge.clock import Clock
 from bridge.flight.limits import FlightLimits
 from bridge.links.link import Link
@@ -31,12 +31,7 @@ from identify.planning.limits import START_DEPTH_M, Limits
 from identify.run.plan import before_dives, plan
 from tui.flight_recording import recorded_crew, widths_of
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    *reached("tui/flight_recording.py", "gcs_plugin/simulated.py", "identify/run/plan.py"),
-    "bench/operation/flying.py",
-)
+SOURCES = (reached("bench/operation/flying.py"), *PAPERS_VEHICLE)
 LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)
 PLAN_S = 300.0
 COUNTDOWN_S = 3.0
@@ -79,13 +74,13 @@ def page(cache: Path, dives: int) -> str:
     """The section of docs/benchmarks.md, of so many dives of each configuration."""
     kept = Remembered(cache / f"flying-{stamp(*SOURCES)}.jsonl")
     jobs = {f"{c} {n}": partial(measured, c, SEED + n) for c in CONFIGURATIONS for n in range(dives)}
-    return "\n".join(lines(kept.fill(jobs, "flying")))
+    return words(kept.fill(jobs, "flying"))
 
 
 def measured(configuration: str, seed: int) -> Data:
     """A hand-flown mission and a flight until it is as well known: seconds of both, and their widths in per cent."""
     file = load_vehicle(f"{VEHICLE}:{configuration}")
-    flown_plan = planned(configuration)
+    flown_plan = plan_of(file, Limits())
     mission = mission_named(configuration, file.vehicle.configurations[configuration])
     with tempfile.TemporaryDirectory() as folder:
         hand = simulated.dive_with_pid(
@@ -120,11 +115,6 @@ def figures(hand_s: float, by_hand: Widths, wanted: Wanted, outcome: Outcome, to
     }
 
 
-def planned(configuration: str) -> FlightPlan:
-    """The plan of the configuration, from its vehicle file alone."""
-    return plan_of(load_vehicle(f"{VEHICLE}:{configuration}"), Limits())
-
-
 def plan_of(file: VehicleFile, limits: Limits, know: Sequence[str] = ()) -> FlightPlan:
     """The plan of a vehicle file within limits, for the coefficients `know` or for all."""
     proposal = plan(before_dives(file), limits, PLAN_S, know=know).proposal
@@ -155,20 +145,9 @@ def flight(
     return flying.outcome, identifying.took_s
 
 
-def lines(results: dict[str, Data]) -> list[str]:
-    """The section's lines."""
-    out = [
-        "## A plan that the vehicle flies by itself",
-        "",
-        *paragraph(
-            "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
-            "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
-            "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
-            "the ways to its station and the identifications beside it. Medians."
-        ),
-        "",
-    ]
-    rows = []
+def words(results: dict[str, Data]) -> str:
+    """The section."""
+    rows, known_by = [], []
     for configuration in CONFIGURATIONS:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         # A flight that never knew enough took for ever.
@@ -180,27 +159,27 @@ def lines(results: dict[str, Data]) -> list[str]:
         rows.append(
             (configuration, len(data), f"{100 * share:.1f}%", f"{hand_s:.0f} s", *known, f"{whole_s:.0f} s")
         )
-    out += [
-        *table(HEAD, rows),
-        "",
-        "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
-        "",
-    ]
-    for configuration in CONFIGURATIONS:
-        data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]
         names = list(data[0]["hand"])
-        rows = [
-            (words, *(percent(float(np.median([d[way][name] for d in data]))) for name in names))
-            for way, words in (("hand", "by hand"), ("flown", "flown"))
+        widths = [
+            (by, *(percent(float(np.median([d[way][name] for d in data]))) for name in names))
+            for way, by in (("hand", "by hand"), ("flown", "flown"))
         ]
-        out += [*table((configuration, *names), rows), ""]
+        known_by.append(table((configuration, *names), widths))
     mean_s = float(np.mean([d["identify_s"] for d in results.values()]))
-    out += [
-        *paragraph(
+    return blocks(
+        "## A plan that the vehicle flies by itself",
+        paragraph(
+            "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
+            "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
+            "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
+            "the ways to its station and the identifications beside it. Medians."
+        ),
+        table(HEAD, rows),
+        "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
+        *known_by,
+        paragraph(
             "Long steady laps tell the damping of an axis better than short waves do: where a damping alone must be "
             "known that well, fly laps. Each identification of what was recorded so far took "
             f"{mean_s:.1f} s on average, beside the flight."
         ),
-        "",
-    ]
-    return out
+    )

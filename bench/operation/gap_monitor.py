@@ -15,8 +15,8 @@ import numpy as np
 
 from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.remembered import Data, Remembered
-from bench.stamp import SIMULATED, reached, stamp
-from bench.words import in_a_word, paragraph, table
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, in_a_word, paragraph, table
 from bridge.simulator.direct import Itinerary, TruthRun, simulate_truth
 from bridge.simulator.missions import mission_named
 from bridge.simulator.truth import load_truth
@@ -27,7 +27,7 @@ from bridge.vehicle.references import Reference
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.live import LiveGap
 
-SOURCES = (*SIMULATED, *reached("bench/operation/gap_monitor.py"))
+SOURCES = (reached("bench/operation/gap_monitor.py"), *PAPERS_VEHICLE)
 
 MASS_OFF, DAMPING_OFF = 0.01, 0.03
 """Relative standard deviations of the model's coefficients from the truth."""
@@ -129,8 +129,7 @@ def page(cache: Path, calm: int, onsets: int) -> str:
         for name in ONSETS
         for n in range(onsets)
     }
-    results = kept.fill(jobs, "gap monitor")
-    return "\n".join(_lines(results))
+    return _words(kept.fill(jobs, "gap monitor"))
 
 
 def calm_dive(configuration: str, seed: int) -> Data:
@@ -208,28 +207,10 @@ def readings(run: TruthRun, veh_cfg: int, rng: np.random.Generator) -> list[Read
     return out
 
 
-def _lines(results: dict[str, Data]) -> list[str]:
+def _words(results: dict[str, Data]) -> str:
     calm = [data for key, data in results.items() if key.startswith("calm ")]
     hours = sum(data["hours"] for data in calm)
     false = sum(len(data["alarms"]) for data in calm)
-    lines = [
-        "## The live gap monitor",
-        "",
-        *paragraph(
-            "`watch`, the app and MAVProxy compare the vehicle with the model in force, second by second, and raise an",
-            "alarm once it has departed from it for half a minute. The paper's vehicle dives both its missions, and an",
-            "effect sets in at a drawn moment, at rest or under way; the model's masses are off by",
-            f"{100 * MASS_OFF:g} %, its dampings by {100 * DAMPING_OFF:g} % (standard deviations); of roll and pitch,",
-            "which no thruster pushes, it has none, as an identification of these missions has none. `named`: the",
-            "likeliest cause at the moment of the alarm is the right one, and the right thruster, as a share of the",
-            f"dives with an alarm within {AFTER_S:g} s. The vehicle is 1 N light, so that each of its four vertical",
-            "thrusters holds 0.25 N of it while the depth is held: what it then lacks is less than the 0.35 N",
-            "(standard deviation) by which the simulated sea pushes. It shows in roll and pitch: all four answer the",
-            "noise of the depth and of the DVL alike, by which a sound vehicle neither rolls nor pitches. A model",
-            "without either names the thruster by that, and not how much it lacks.",
-        ),
-        "",
-    ]
     rows = []
     in_time_of_all = flown = 0
     for name, onset in ONSETS.items():
@@ -245,15 +226,26 @@ def _lines(results: dict[str, Data]) -> list[str]:
     early = sum(data["early"] for key, data in results.items() if not key.startswith("calm "))
     minutes = sum(not key.startswith("calm ") for key in results) * BEFORE_S / 60
     within = f"found within {WITHIN_S:g} s", f"within {AFTER_S:g} s"
-    lines += [
-        *table(("what sets in", "dives", *within, "median time", "named"), rows),
-        "",
-        *paragraph(
+    return blocks(
+        "## The live gap monitor",
+        paragraph(
+            "`watch`, the app and MAVProxy compare the vehicle with the model in force, second by second, and raise an",
+            "alarm once it has departed from it for half a minute. The paper's vehicle dives both its missions, and an",
+            "effect sets in at a drawn moment, at rest or under way; the model's masses are off by",
+            f"{100 * MASS_OFF:g} %, its dampings by {100 * DAMPING_OFF:g} % (standard deviations); of roll and pitch,",
+            "which no thruster pushes, it has none, as an identification of these missions has none. `named`: the",
+            "likeliest cause at the moment of the alarm is the right one, and the right thruster, as a share of the",
+            f"dives with an alarm within {AFTER_S:g} s. The vehicle is 1 N light, so that each of its four vertical",
+            "thrusters holds 0.25 N of it while the depth is held: what it then lacks is less than the 0.35 N",
+            "(standard deviation) by which the simulated sea pushes. It shows in roll and pitch: all four answer the",
+            "noise of the depth and of the DVL alike, by which a sound vehicle neither rolls nor pitches. A model",
+            "without either names the thruster by that, and not how much it lacks.",
+        ),
+        table(("what sets in", "dives", *within, "median time", "named"), rows),
+        paragraph(
             f"Of all {flown}, {in_time_of_all / max(flown, 1):.0%} were found within {WITHIN_S:g} s: goal of",
             f"{GOAL:.0%} {in_a_word(in_time_of_all >= GOAL * flown)}.",
             f"False alarms: {false} in {hours:.1f} h of {len(calm)} whole missions without any effect, and {early}",
             f"in the {minutes:.0f} minutes before the onsets.",
         ),
-        "",
-    ]
-    return lines
+    )

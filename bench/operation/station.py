@@ -19,11 +19,10 @@ from pathlib import Path
 
 from textual.pilot import Pilot
 
-from bench.campaigns import SOURCES as DIVED
 from bench.campaigns import dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, reached, stamp
-from bench.words import paragraph, table
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph, table
 from bridge.clock import SystemClock
 from bridge.errors import LinkError, LinkTimeout
 from bridge.links.open import open_link
@@ -37,7 +36,10 @@ from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
 from tui.app.station import LinkSource, Station
 
-SOURCES = (*DIVED, *LEARNT, "gcs_plugin", "tui/app/screens", *reached("bench/operation/station.py"))
+STARTED = ("tui/commands/simulate.py", "tui/commands/record.py", "identify/estimators/table.py")
+"""What the app and this start as programs of their own."""
+
+SOURCES = (reached("bench/operation/station.py", "tui/app/screens", *STARTED), "gcs_plugin", *PAPERS_VEHICLE)
 CONFIGURATION = "hovering"
 VEHICLE = f"ruvifist:{CONFIGURATION}"
 SIZE = (80, 24)
@@ -51,9 +53,7 @@ def page(cache: Path, seed: int) -> str:
     kept = Remembered(cache / f"station-{stamp(*SOURCES)}.jsonl")
     campaign = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     dive_s = float(campaign.time_s[-1])
-    return "\n".join(
-        lines_of(kept.get(f"{CONFIGURATION} {seed}", lambda: measured(campaign.dive.source)), dive_s)
-    )
+    return words_of(kept.get(f"{CONFIGURATION} {seed}", lambda: measured(campaign.dive.source)), dive_s)
 
 
 def measured(log: Path) -> Data:
@@ -129,19 +129,8 @@ def _afloat(folder: Path) -> Iterator[Path]:
     os.environ["XDG_STATE_HOME"] = str(folder / "state")
     dives = folder / "dives"
     dives.mkdir()
-    words = [
-        sys.executable,
-        "-P",
-        "-m",
-        "tui",
-        "simulate",
-        "--vehicle",
-        VEHICLE,
-        "--mission",
-        "idle",
-        "--link",
-        link,
-    ]
+    simulate = f"simulate --vehicle {VEHICLE} --mission idle --link {link}"
+    words = [sys.executable, "-P", "-m", "tui", *simulate.split()]
     records = recorder.record_command(
         ["--link", link.replace("udpout", "udpin"), "--vehicle", VEHICLE, "--out", str(dives)]
     )
@@ -163,22 +152,18 @@ def _running(words: Sequence[str], folder: Path) -> "Iterator[subprocess.Popen[b
             process.terminate()
 
 
-def lines_of(timed: Data, dive_s: float) -> list[str]:
-    """The page's lines."""
+def words_of(timed: Data, dive_s: float) -> str:
+    """The section."""
     whole_s, keys = timed["reached"][-1], timed["keys"]
     verdict = "met" if whole_s <= GOAL_S and keys <= GOAL_KEYS else "missed"
     rows = [(name, f"{seconds:.1f}") for name, seconds in zip(STEPS, timed["reached"], strict=True)]
-    return [
+    return blocks(
         "## From a dive to a verified upload",
-        "",
-        *paragraph(
+        paragraph(
             f"The paper's hovering dive of {dive_s:.0f} s, its simulated vehicle afloat and recorded beside it, and",
             f"the app by its keys at {SIZE[0]} x {SIZE[1]}: {keys} keys, digits and Enter counted, to write",
             f"{timed['lines']} parameters.",
         ),
-        "",
-        *table(("on the screen", "seconds since the first key"), rows),
-        "",
+        table(("on the screen", "seconds since the first key"), rows),
         f"Goal of {GOAL_KEYS} keys and {GOAL_S:.0f} s: {verdict}.",
-        "",
-    ]
+    )

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
+from bench.campaigns import VEHICLE
 from bench.reproduce.measures import Term, matrices
 from bench.reproduce.paper import (
     PAPER_DOFS,
@@ -13,10 +14,8 @@ from bench.reproduce.paper import (
     TrainingCurves,
     closed_form,
     estimate_with_curves,
-    excited,
     fixed_values,
-    samples,
-    window_ends,
+    lessons,
 )
 from bench.reproduce.published import HOVERING_TARGET, RAMP, TOP_SPEED, TRANSIENT
 from bridge.errors import ParamRejected
@@ -29,14 +28,11 @@ from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT, bounds
 from gcs_plugin import simulated
-from identify.align import AlignedDive, aligned
 from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.identification import Identification
 from identify.ingest.open import read_dive
 
-VEHICLE = "ruvifist"
-CONFIGURATIONS = ("survey", "hovering")
 HEADING: HeadingReference = "linear"
 DIVE_SHARE = 0.5
 PAPER_SHARE = 0.7
@@ -47,9 +43,9 @@ PAPER_SHARE = 0.7
 class Campaign:
     """Results of one campaign.
 
-    `paper` and `curves`: the paper's method; `closed`: the minimum of its loss in closed form; `ours`: the default
-    method; `truth`: the simulated vehicle's coefficients; `coupling`: the full matrices (empty if the campaign does
-    not move sway).
+    `paper` and `curves`: the paper's method; `closed`: the minimum of its loss in closed form, over the very samples
+    that its network trains on; `ours`: the default method; `truth`: the simulated vehicle's coefficients; `coupling`:
+    the full matrices (empty if the campaign does not move sway).
     """
 
     configuration: str
@@ -96,28 +92,17 @@ def identified(
     ours = estimator(DEFAULT)(
         dive, file, configuration, lambda share, *_: progress(PAPER_SHARE + (1 - PAPER_SHARE) * share)
     )
-    grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
-    _, dofs = excited(grid)
+    learnt = lessons(dive, file, configuration, options)
     return Campaign(
         configuration,
         dive,
         paper,
         curves,
-        best_of_loss(grid, file, configuration, options),
+        closed_form(learnt.data, fixed_values(file.vehicle.configurations[configuration])),
         ours,
         load_truth(file, configuration).model,
-        matrices(grid) if dofs == PAPER_DOFS else (),
+        matrices(learnt.grid) if learnt.data.dofs == PAPER_DOFS else (),
     )
-
-
-def best_of_loss(
-    grid: AlignedDive, file: VehicleFile, configuration: str, options: PaperOptions
-) -> dict[str, float]:
-    """Parameters at the minimum of the paper's loss, over the very samples that its network trains on."""
-    shape = file.vehicle.configurations[configuration]
-    _, dofs = excited(grid)
-    data = samples(grid, window_ends(grid, options.window), shape, dofs)
-    return closed_form(data, fixed_values(shape))
 
 
 REST_S, STEADY_S = 4.0, 20.0

@@ -11,7 +11,7 @@ import os
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +29,7 @@ from identify.align import AlignedDive, aligned
 from identify.dive import Dive
 from identify.doubt import Outcome
 from identify.estimators.refusals import refuse_unpushed
-from identify.identification import Estimate, Identification, added_mass
+from identify.identification import Identification, added_mass
 from identify.identification import estimate as one_estimate
 from identify.progress import Progress
 
@@ -267,7 +267,42 @@ def estimate_with_curves(
     """As `estimate`, together with the training curves."""
     started = time.perf_counter()
     refuse_unpushed(dive, file, configuration)
+    learnt = lessons(dive, file, configuration, options)
+    if len(learnt.ends) < FEWEST_WINDOWS:
+        raise FitError(
+            f"only {len(learnt.ends)} windows of {options.window} samples have no gap in velocity, "
+            f"at least {FEWEST_WINDOWS} are needed; dive longer or nearer to the bottom",
+            of=dive.source,
+        )
     shape = file.vehicle.configurations[configuration]
+    curves = train(learnt, shape, options, progress)
+    values = dict(zip(curves.names, curves.values[-1].tolist(), strict=True))
+    answer = identification("paper", values, learnt, dive, file, configuration, started)
+    identified = replace(
+        answer,
+        parameters=(
+            *answer.parameters,
+            *(added_mass(each, shape) for each in answer.parameters[: len(MASSES)]),
+        ),
+        settings={"alpha": options.alpha, "cutoff_hz": options.cutoff_hz, "rate_hz": options.rate_hz},
+        notes=(*learnt.grid.notes, *_notes(options, curves)),
+    )
+    return identified, curves
+
+
+@dataclass(frozen=True)
+class Lessons:
+    """What the method learns a dive from: the aligned dive, why axes can't be learnt, the rows at which its windows
+    end, and the samples of these."""
+
+    grid: AlignedDive
+    reasons: dict[int, str]
+    ends: NDArray[np.intp]
+    data: Samples
+
+
+def lessons(dive: Dive, file: VehicleFile, configuration: str, options: PaperOptions) -> Lessons:
+    """Raises FitError if the dive excites none of the method's axes."""
     grid = aligned(dive, file, configuration, options.rate_hz, options.cutoff_hz)
     reasons, dofs = excited(grid)
     if not dofs:
@@ -276,32 +311,37 @@ def estimate_with_curves(
             f"({'; '.join(reasons[d] for d in PAPER_DOFS)}); dive with changes of speed and heading",
             of=dive.source,
         )
-    windows = window_ends(grid, options.window)
-    if len(windows) < FEWEST_WINDOWS:
-        raise FitError(
-            f"only {len(windows)} windows of {options.window} samples have no gap in velocity, "
-            f"at least {FEWEST_WINDOWS} are needed; dive longer or nearer to the bottom",
-            of=dive.source,
-        )
-    data = samples(grid, windows, shape, dofs)
-    curves = train(grid, windows, data, shape, options, progress)
-    values = dict(zip(curves.names, curves.values[-1], strict=True))
-    identification = Identification(
-        method="paper",
+    ends = window_ends(grid, options.window)
+    return Lessons(grid, reasons, ends, samples(grid, ends, file.vehicle.configurations[configuration], dofs))
+
+
+def identification(
+    method: str,
+    values: Mapping[str, float],
+    learnt: Lessons,
+    dive: Dive,
+    file: VehicleFile,
+    configuration: str,
+    started: float,
+) -> Identification:
+    """Learnt values as a result, without intervals, which the method does not state."""
+    nan = math.nan
+    return Identification(
+        method=method,
         outcome=Outcome.AT_BOUND if min(values.values()) < AT_ZERO else Outcome.CONVERGED,
-        parameters=_parameters(values, reasons, shape),
+        parameters=tuple(
+            one_estimate(c.name, values.get(c.name, nan), nan, nan, nan, learnt.reasons.get(c.dof, ""))
+            for c in COEFFICIENTS
+        ),
         configuration=configuration,
         dive=dive.name,
         dive_sha256=dive.sha256,
         vehicle=file.vehicle.name,
         vehicle_sha256=file.sha256,
         duration_s=dive.duration_s,
-        samples=len(windows),
-        settings={"alpha": options.alpha, "cutoff_hz": options.cutoff_hz, "rate_hz": options.rate_hz},
-        notes=(*grid.notes, *_notes(options, curves)),
+        samples=len(learnt.ends),
         wall_s=time.perf_counter() - started,
     )
-    return identification, curves
 
 
 def window_ends(grid: AlignedDive, window: int) -> NDArray[np.intp]:
@@ -312,14 +352,10 @@ def window_ends(grid: AlignedDive, window: int) -> NDArray[np.intp]:
 
 
 def train(
-    grid: AlignedDive,
-    ends: NDArray[np.intp],
-    data: Samples,
-    configuration: Configuration,
-    options: PaperOptions,
-    progress: Progress,
+    learnt: Lessons, configuration: Configuration, options: PaperOptions, progress: Progress
 ) -> TrainingCurves:
     """Algorithm 1, lines 1 to 17."""
+    data = learnt.data
     fixed = fixed_values(configuration)
     start = starting_values(configuration, data.dofs)
     device = options.device
@@ -334,9 +370,9 @@ def train(
         optimiser = torch.optim.Adam(groups)
         decay = 1e-3 ** (1 / max(options.epochs, 1))
         schedule = torch.optim.lr_scheduler.ExponentialLR(optimiser, decay)
-        series = torch.tensor(_inputs(grid), dtype=torch.float32, device=device)
+        series = torch.tensor(_inputs(learnt.grid), dtype=torch.float32, device=device)
         back = torch.arange(1 - options.window, 1)
-        rows = torch.tensor(ends)
+        rows = torch.tensor(learnt.ends)
         physics = tensors(data)
         history = [(_values(raw), math.nan, math.nan, options.physical_rate)]
         for epoch in range(options.epochs):
@@ -400,17 +436,6 @@ def _inputs(grid: AlignedDive) -> Array:
 def _values(raw: Tensor) -> Array:
     values: Array = torch.nn.functional.softplus(raw).detach().numpy().copy()
     return values
-
-
-def _parameters(
-    values: dict[str, float], reasons: dict[int, str], shape: Configuration
-) -> tuple[Estimate, ...]:
-    nan = math.nan
-    totals = [
-        one_estimate(c.name, float(values.get(c.name, nan)), nan, nan, nan, reasons.get(c.dof, ""))
-        for c in COEFFICIENTS
-    ]
-    return (*totals, *(added_mass(total, shape) for total in totals[: len(MASSES)]))
 
 
 def _notes(options: PaperOptions, curves: TrainingCurves) -> tuple[str, ...]:

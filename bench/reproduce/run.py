@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
+from bench.campaigns import CONFIGURATIONS, VEHICLE
 from bench.reproduce import dives
-from bench.reproduce.dives import CONFIGURATIONS, VEHICLE, Campaign, Trial, campaign
+from bench.reproduce.dives import Campaign, Trial, campaign
 from bench.reproduce.paper import PaperOptions
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import Mode

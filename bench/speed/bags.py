@@ -13,10 +13,10 @@ from rosbags.typesys import Stores, get_typestore
 
 from bench.remembered import Data, Remembered
 from bench.stamp import reached, stamp
-from bench.words import in_a_word, paragraph, table
+from bench.words import blocks, in_a_word, paragraph, table
 from identify.ingest.open import read_dive
 
-SOURCES = reached("bench/speed/bags.py")
+SOURCES = (reached("bench/speed/bags.py"),)
 RATE_HZ, HOUR_S = 100, 3600
 START_NS = 1_700_000_000_000_000_000
 ROUNDS = 3
@@ -38,9 +38,7 @@ pwm: {columns: [/thrusters.data.0, /thrusters.data.1, /thrusters.data.2, /thrust
 def page(cache: Path) -> str:
     """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"bags-{stamp(*SOURCES)}.jsonl")
-    return "\n".join(
-        lines_of({form: kept.get(form, lambda form=form: measured(form, cache)) for form in FORMS})
-    )
+    return words_of({form: kept.get(form, lambda form=form: measured(form, cache)) for form in FORMS})
 
 
 def measured(form: str, cache: Path) -> Data:
@@ -135,19 +133,9 @@ def _messages(store: Any, seconds: int) -> Iterator[tuple[str, str, int, Any]]:
         yield "/dvl", "geometry_msgs/msg/TwistStamped", time_ns, kind["TwistStamped"](head, twist)
 
 
-def lines_of(by_form: dict[str, Data]) -> list[str]:
-    """The page's lines."""
+def words_of(by_form: dict[str, Data]) -> str:
+    """The section."""
     messages = next(iter(by_form.values()))["messages"]
-    lines = [
-        "## Opening a bag",
-        "",
-        *paragraph(
-            f"An hour of three topics at {RATE_HZ} Hz, {messages} messages, in each form: the library rosbags iterates",
-            "over the messages without decoding them, and `read_dive` makes a dive of the file; each in turn in one",
-            f"run, the median of {ROUNDS}. Beside them, once, all messages decoded by the library.",
-        ),
-        "",
-    ]
     ratios, rows = [], []
     for form, data in by_form.items():
         bare_s, ours_s, decoded_s = (data["seconds"][name] for name in (BARE, OURS, DECODED))
@@ -163,10 +151,13 @@ def lines_of(by_form: dict[str, Data]) -> list[str]:
         rows.append(cells)
     head = ("bag", "MB", "iterated bare, s", "`read_dive`, s", "times bare", "decoded by the library, s")
     verdict = in_a_word(max(ratios) <= GOAL)
-    return [
-        *lines,
-        *table(head, rows),
-        "",
+    return blocks(
+        "## Opening a bag",
+        paragraph(
+            f"An hour of three topics at {RATE_HZ} Hz, {messages} messages, in each form: the library rosbags iterates",
+            "over the messages without decoding them, and `read_dive` makes a dive of the file; each in turn in one",
+            f"run, the median of {ROUNDS}. Beside them, once, all messages decoded by the library.",
+        ),
+        table(head, rows),
         f"Goal of {GOAL:g} times bare: {max(ratios):.2g} at most, {verdict}.",
-        "",
-    ]
+    )

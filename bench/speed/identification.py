@@ -12,40 +12,26 @@ from typing import Any
 
 import torch
 
-from bench.accuracy.answers import NOT_HERE
 from bench.baselines import closed_form as closed
-from bench.campaigns import Dived, dived
+from bench.campaigns import Dived, dived, silent
 from bench.remembered import Data, Remembered
 from bench.reproduce.paper import (
     PAPER,
     SETTLED_LOSS,
     SETTLED_VALUE,
     SMALL,
-    PaperOptions,
-    Samples,
     closed_form,
     estimate_with_curves,
-    excited,
     fixed_values,
-    samples,
-    window_ends,
+    lessons,
 )
-from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph, table
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph, table
 from bridge.errors import FitError
-from bridge.vehicle.config import VehicleFile
-from identify.align import AlignedDive, aligned
 from identify.estimators.table import METHODS, estimator
 from identify.ingest.open import read_dive
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/accuracy/answers.py",
-    "bench/baselines",
-    "bench/campaigns.py",
-    "bench/speed/identification.py",
-)
+SOURCES = (reached("bench/speed/identification.py"), *PAPERS_VEHICLE)
 CONFIGURATION = "survey"
 DEFAULT_GOAL_S, RATIO_GOAL = 10.0, 1000.0
 REPEATS = 3
@@ -55,31 +41,29 @@ def page(cache: Path, seed: int) -> str:
     """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
-    timed = kept.get(f"{' '.join(METHODS)} {seed}", lambda: measured(survey))
-    return "\n".join(lines_of(timed))
+    timed = kept.get(f"{seed}", lambda: measured(survey))
+    return words_of(timed)
 
 
 def measured(survey: Dived) -> Data:
     """Seconds of every method, run one after the other with all cores."""
     read_s, _ = _timed(lambda: read_dive(survey.dive.source, None, survey.file))
     first, again = {}, {}
-    for name in ("likelihood", "pinn"):
-        if name in METHODS:
-            run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, _silent)
-            first[name], again[name] = _timed(run)[0], _timed(run)[0]
+    for name in METHODS:
+        run = partial(estimator(name), survey.dive, survey.file, CONFIGURATION, silent)
+        first[name], again[name] = _timed(run)[0], _timed(run)[0]
     command_s, _ = _timed(lambda: _command(survey.dive.source))
-    grid, data = _learnt(survey.dive, survey.file, PAPER)
-    filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, _silent))
+    learnt = lessons(survey.dive, survey.file, CONFIGURATION, PAPER)
+    filtered_s, _ = _timed(lambda: closed.estimate(survey.dive, survey.file, CONFIGURATION, silent))
     fixed = fixed_values(survey.file.vehicle.configurations[CONFIGURATION])
-    solved_s = min(_timed(lambda: closed_form(data, fixed))[0] for _ in range(REPEATS))
+    solved_s = min(_timed(lambda: closed_form(learnt.data, fixed))[0] for _ in range(REPEATS))
     small_s, (_, curves) = _timed(
-        lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, SMALL)
+        lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, SMALL)
     )
     epoch = replace(PAPER, epochs=1)
-    epoch_s, _ = _timed(lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, _silent, epoch))
+    epoch_s, _ = _timed(lambda: estimate_with_curves(survey.dive, survey.file, CONFIGURATION, silent, epoch))
     return {
-        "samples": len(grid),
-        "windows": len(data.nu),
+        "samples": len(learnt.grid),
         "read": read_s,
         "first": first,
         "again": again,
@@ -95,14 +79,6 @@ def measured(survey: Dived) -> Data:
     }
 
 
-def _learnt(dive: Any, file: VehicleFile, options: PaperOptions) -> tuple[AlignedDive, Samples]:
-    """The training data of the paper's method."""
-    grid = aligned(dive, file, CONFIGURATION, options.rate_hz, options.cutoff_hz)
-    _, dofs = excited(grid)
-    shape = file.vehicle.configurations[CONFIGURATION]
-    return grid, samples(grid, window_ends(grid, options.window), shape, dofs)
-
-
 def _command(log: Path) -> None:
     """Run `seatrial identify` as a crew types it, from a cold start."""
     command = shutil.which("seatrial", path=str(Path(sys.executable).parent))
@@ -112,16 +88,15 @@ def _command(log: Path) -> None:
     subprocess.run([command, "identify", str(log), "--vehicle", vehicle], check=True, capture_output=True)
 
 
-def lines_of(timed: Data) -> list[str]:
+def words_of(timed: Data) -> str:
     """The section."""
     read_s, epoch_s = timed["read"], timed["epoch"]
     epochs, fewest = (most(timed["settled"], timed["loss settled"]) for most in (max, min))
     whole_s = epoch_s * epochs
     first, again = timed["first"], timed["again"]
     rows = [(f"`{name}`", read_s + again[name], "yes") for name in again]
-    if len(again) == 2:
-        rows.append(("both, one after the other", read_s + sum(again.values()), "yes"))
     rows += [
+        ("both, one after the other", read_s + sum(again.values()), "yes"),
         ("the command `seatrial identify`, cold start and all", timed["command"], "yes"),
         ("closed form of the paper's loss, with filter", read_s + timed["closed, filtered"], "no"),
         ("the closed form alone: the floor", timed["closed"], "no"),
@@ -130,17 +105,17 @@ def lines_of(timed: Data) -> list[str]:
         (f"the same to convergence, EXTRAPOLATED to {epochs} epochs", whole_s, "no"),
     ]
     compiled = ", ".join(f"`{name}` {seconds:.1f} s" for name, seconds in first.items())
-    lines = [
+    quick = "met" if timed["command"] < DEFAULT_GOAL_S else "missed"
+    ratio = whole_s / timed["command"]
+    return blocks(
         "## Speed",
-        "",
-        *paragraph(
+        paragraph(
             f"From the log of the paper's survey ({timed['samples']} samples at 10 Hz; surge, yaw and heave) to",
             f"parameters, on {timed['threads']} cores, one after the other in one run. Reading the log takes",
             f"{read_s:.1f} s and is in every row with an interval and in the closed form with its filter. Where a",
             f"method has just been installed, its first run also compiles its kernels: {compiled}.",
         ),
-        "",
-        *table(
+        table(
             ("what", "seconds", "with intervals", "one epoch of the paper's takes", "to convergence"),
             [
                 (
@@ -153,12 +128,7 @@ def lines_of(timed: Data) -> list[str]:
                 for title, seconds, interval in rows
             ],
         ),
-    ]
-    quick = "met" if timed["command"] < DEFAULT_GOAL_S else "missed"
-    ratio = whole_s / timed["command"]
-    lines += [
-        "",
-        *paragraph(
+        paragraph(
             "The paper does not say how many epochs it trained. The small network, on the same data with the same",
             f"schedule over {timed['epochs']} epochs, has every parameter within {100 * SETTLED_VALUE:g} % of where",
             "it ends",
@@ -169,11 +139,7 @@ def lines_of(timed: Data) -> list[str]:
             f"{epoch_s * fewest / timed['command']:.0f}. Both counts are the small network's; the full one's own stand",
             "under *The paper's network, whole*.",
         ),
-        "",
-    ]
-    if "pinn" not in METHODS:
-        lines += [NOT_HERE, ""]
-    return lines
+    )
 
 
 def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
@@ -181,7 +147,3 @@ def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
     begun = time.perf_counter()
     result = work()
     return time.perf_counter() - begun, result
-
-
-def _silent(*_report: object) -> None:
-    """Ignore the progress, and the values so far."""

@@ -10,15 +10,15 @@ from pymavlink import mavutil
 from bench.campaigns import SOURCES as DIVED
 from bench.campaigns import VEHICLE, dive, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, stamp
-from bench.words import paragraph, table
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph, table
 from bridge.simulator.missions import load_mission
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.wire.tlog import TlogReader
 from identify.ingest.open import read_dive
 
-SOURCES = (*DIVED, *LEARNT, "bench/speed/reading.py")
+SOURCES = (reached("bench/speed/reading.py"), *PAPERS_VEHICLE)
 CONFIGURATION = "survey"
 ROUNDS = 3
 HOUR = """
@@ -42,7 +42,7 @@ def page(cache: Path, seed: int) -> str:
     log = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives").dive.source
     campaign = kept.get(f"{CONFIGURATION} {seed}", lambda: measured(log))
     of_an_hour = kept.get(f"an hour {seed}", lambda: measured(hour(cache, seed)))
-    return "\n".join([*lines_of(campaign), *hour_lines(of_an_hour)])
+    return blocks(words_of(campaign), hour_words(of_an_hour))
 
 
 def hour(cache: Path, seed: int) -> Path:
@@ -89,8 +89,8 @@ def _theirs(log: Path) -> int:
     return count
 
 
-def lines_of(timed: Data) -> list[str]:
-    """The page's lines."""
+def words_of(timed: Data) -> str:
+    """The section, but for the hour."""
     theirs_s = timed["seconds"][THEIRS]
     ratio = theirs_s / timed["seconds"][OURS]
     rows = [
@@ -103,29 +103,22 @@ def lines_of(timed: Data) -> list[str]:
         )
         for name, seconds in timed["seconds"].items()
     ]
-    return [
+    return blocks(
         "## Opening a recording",
-        "",
-        *paragraph(
+        paragraph(
             f"The log of the paper's survey, {timed['bytes'] / 1e6:.1f} MB, read by each in turn in one run, the",
             f"median of {ROUNDS}. Every reader checks every checksum; the arrays are also on one clock and in SI",
             "units, which pymavlink's messages are not yet.",
         ),
-        "",
-        *table(("reader", "messages", "seconds", "messages/s", "pymavlink takes"), rows),
-        "",
+        table(("reader", "messages", "seconds", "messages/s", "pymavlink takes"), rows),
         f"Goal of {GOAL:g} times pymavlink: {ratio:.3g}, {'met' if ratio >= GOAL else 'missed'}.",
-        "",
-    ]
+    )
 
 
-def hour_lines(timed: Data) -> list[str]:
+def hour_words(timed: Data) -> str:
     """Sentences on opening the recording of an hour."""
     ours_s, theirs_s = timed["seconds"][OURS], timed["seconds"][THEIRS]
-    return [
-        *paragraph(
-            f"The recording of an hour, {timed['messages'][OURS]} messages in {timed['bytes'] / 1e6:.1f} MB, opens in",
-            f"{ours_s:.2g} s; pymavlink takes {theirs_s:.3g} s, {theirs_s / ours_s:.3g} times as long.",
-        ),
-        "",
-    ]
+    return paragraph(
+        f"The recording of an hour, {timed['messages'][OURS]} messages in {timed['bytes'] / 1e6:.1f} MB, opens in",
+        f"{ours_s:.2g} s; pymavlink takes {theirs_s:.3g} s, {theirs_s / ours_s:.3g} times as long.",
+    )

@@ -17,11 +17,11 @@ import numpy as np
 import yaml
 
 from bench import words
-from bench.accuracy.answers import answer, answered
+from bench.accuracy.answers import answered
 from bench.campaigns import VEHICLE, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
-from bench.words import paragraph
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
+from bench.words import blocks, paragraph
 from bridge.simulator.direct import simulate_truth
 from bridge.simulator.missions import mission_named
 from bridge.vehicle.config import load_vehicle
@@ -30,14 +30,7 @@ from bridge.vehicle.mode import Mode
 from identify.estimators.table import DEFAULT
 from identify.validation.tracking import phases
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/accuracy/answers.py",
-    "bench/campaigns.py",
-    "bench/tracking/ladder.py",
-    "identify/validation/tracking.py",
-)
+SOURCES = (reached("bench/tracking/ladder.py"), *PAPERS_VEHICLE)
 CONFIGURATION, MISSION = "hovering", "validation"
 AXES = {"surge": 0, "sway": 1}
 OTHER_SEA, TUNING_SEA = 700, 1700
@@ -63,7 +56,7 @@ def page(cache: Path, seeds: Sequence[int]) -> str:
     tuned = Pid(seen["proportional"], seen["integral"], seen["straight_below_n"])
     jobs = {f"{seed} {tuned}": partial(_flights, tuned, seed, cache / "dives") for seed in seeds}
     flights = list(kept.fill(jobs, "ladder").values())
-    return "\n".join(["## The PID's part, and the feed-forward's", "", *lines(tuned, flights), ""])
+    return blocks("## The PID's part, and the feed-forward's", *shown(tuned, flights))
 
 
 def paper_table() -> dict[str, Any]:
@@ -107,7 +100,7 @@ def _tuned(seed: int) -> Data:
 def _flights(tuned: Pid, seed: int, dives: Path) -> Data:
     """Errors in m/s by PID, mode and axis; the feed-forward's coefficients come from the campaign of that seed."""
     learnt = dived(CONFIGURATION, CONFIGURATION, seed, dives)
-    model = answer(answered(DEFAULT, learnt.dive, learnt.file, CONFIGURATION)).value
+    model = answered(DEFAULT, learnt.dive, learnt.file, CONFIGURATION)["value"]
     return {
         name: {mode.name: _errors(pid, mode, model, seed + OTHER_SEA) for mode in (Mode.OFF, Mode.BOTH)}
         for name, pid in _pids(tuned).items()
@@ -132,7 +125,7 @@ def _errors(pid: Pid, mode: Mode, model: Mapping[str, float], seed: int) -> dict
     return {axis: error if np.isfinite(error) else np.inf for axis, error in errors.items()}
 
 
-def lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
+def shown(tuned: Pid, flights: Sequence[Data]) -> tuple[str, str]:
     """The section's words and table."""
     rows = []
     for name in _pids(tuned):
@@ -142,8 +135,8 @@ def lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
             cells += [f"{alone:.1f}", f"{both:.1f}", f"{alone / both:.1f}"]
         rows.append((name, *cells))
     head = [column for axis in AXES for column in (f"{axis}, alone", f"{axis}, with feed-forward", "ratio")]
-    return [
-        *paragraph(
+    return (
+        paragraph(
             f"Mean absolute error of the true velocity in mm/s while the reference moves, over the {MISSION}",
             f"mission in {CONFIGURATION}, {len(flights)} seas; coefficients identified from each sea's own campaign.",
             "In each row both columns fly the same gains of surge and sway and the same dead zone. The tuned PID has",
@@ -151,9 +144,8 @@ def lines(tuned: Pid, flights: Sequence[Data]) -> list[str]:
             f"{tuned.proportional:g} times the paper's proportional gain, {tuned.integral:g} times its integral one.",
             "`seatrial` flies the second row's PID beside the feed-forward, and the first row's without it.",
         ),
-        "",
-        *words.table(("PID", *head), rows),
-    ]
+        words.table(("PID", *head), rows),
+    )
 
 
 def _mean(flights: Sequence[Data], pid: str, mode: Mode, axis: str) -> float:

@@ -11,27 +11,19 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.accuracy.answers import answer, answered
+from bench.accuracy.answers import answered
 from bench.campaigns import CONFIGURATIONS, Dived, dived
 from bench.remembered import Data, Remembered
-from bench.stamp import LEARNT, SIMULATED, stamp
+from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.tracking import steady
-from bench.words import table
+from bench.words import blocks, paragraph, table
 from bridge.simulator.missions import mission_named
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
 from identify.validation.tracking import PHASES, tracking_errors
 
-SOURCES = (
-    *SIMULATED,
-    *LEARNT,
-    "bench/accuracy/answers.py",
-    "bench/campaigns.py",
-    "bench/tracking/steady.py",
-    "bench/tracking/section.py",
-    "identify/validation/tracking.py",
-)
+SOURCES = (reached("bench/tracking/section.py"), *PAPERS_VEHICLE)
 OTHER_SEA = 700
 """Added to a campaign's seed for the flights after it."""
 
@@ -59,8 +51,8 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
             configuration, [(leg_errors[IDENTIFIED], leg_errors[TRUE]) for leg_errors in legs]
         )
     table_5 = [results[f"hovering {s}"]["validation"] for s in seeds]
-    return "\n".join(
-        ["## Tracking by identified parameters", "", *steady.lines(speeds, len(seeds)), *_table_5(table_5)]
+    return blocks(
+        "## Tracking by identified parameters", steady.words(speeds, len(seeds)), *_table_5(table_5)
     )
 
 
@@ -70,7 +62,7 @@ def flights(configuration: str, seed: int, dives: Path) -> Data:
     `steady`: of the legs, by parameters, axis and speed; `validation`, in hovering only: of the paper's modes.
     """
     learnt = dived(configuration, configuration, seed, dives)
-    model = answer(answered(DEFAULT, learnt.dive, learnt.file, configuration)).value
+    model = answered(DEFAULT, learnt.dive, learnt.file, configuration)["value"]
     sea = seed + OTHER_SEA
     shape = learnt.file.vehicle.configurations[configuration]
     spans = mission_named(configuration, shape).spans()
@@ -104,13 +96,12 @@ def _phases(dive: Dive, flown: Dived) -> dict[str, dict[str, float]]:
     return {axis.axis: {phase: axis.phase(phase) for phase in PHASES} for axis in errors.axes}
 
 
-def _table_5(dives: list[Data]) -> list[str]:
-    lines = [
+def _table_5(dives: list[Data]) -> tuple[str, str]:
+    words = paragraph(
         "The paper's Table 5, row by row: mean absolute error in mm/s over the validation mission in hovering. `true`",
         "judges by the true velocity, all others by the measured one as `seatrial validate` does; the paper's own",
         "processing of what it measured is not known.",
-        "",
-    ]
+    )
     rows = []
     for axis, phases in PAPER_TABLE_5.items():
         for phase, paper in phases.items():
@@ -120,7 +111,7 @@ def _table_5(dives: list[Data]) -> list[str]:
             met = f"{'yes' if errors[-1] <= paper / 2 else 'no'} ({errors[-1] / paper:.2f} of the paper's)"
             rows.append((axis, phase.lower(), *cells, f"{paper:g}", met))
     head = ("axis", "phase", "PID", "feed-forward", "both", "both, true", "paper, both", "half of it met")
-    return [*lines, *table(head, rows), ""]
+    return words, table(head, rows)
 
 
 def _mean(dives: list[Data], mode: str, judged: str, axis: str, phase: str) -> float:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from bench.campaigns import Dived
-from bench.words import in_a_word, paragraph, table
+from bench.words import blocks, in_a_word, paragraph, table
 from bridge.arrays import Array
 from bridge.simulator.dive import WARM_UP_S
 from bridge.vehicle.legs import Leg
@@ -100,7 +100,7 @@ def standard_error(errors: Array) -> float:
     return float(errors.std(ddof=1) / np.sqrt(len(errors))) if len(errors) > 1 else float("nan")
 
 
-def lines(speeds: Sequence[Held], seeds: int) -> list[str]:
+def words(speeds: Sequence[Held], seeds: int) -> str:
     """The page's part on the steady error."""
     text = paragraph(
         f"Feed-forward alone, parameters by `{DEFAULT}` from the campaign before, {seeds} seeds: true velocity less",
@@ -119,14 +119,14 @@ def lines(speeds: Sequence[Held], seeds: int) -> list[str]:
         means = len(row.identified), _mean(row.identified), _mean(row.true)
         paper_mean = "-" if paper is None else f"{paper:g}"
         rows.append((row.configuration, row.axis, row.speed, *means, *legs, paper_mean))
-    return [*text, "", *table(HEAD, rows), "", *_verdict(speeds), ""]
+    return blocks(text, table(HEAD, rows), _verdict(speeds))
 
 
 def _mean(errors: Array) -> str:
     return f"{errors.mean():+.1f} ± {standard_error(errors):.1f}"
 
 
-def _verdict(speeds: Sequence[Held]) -> list[str]:
+def _verdict(speeds: Sequence[Held]) -> str:
     """Each axis at its worst speed, by each figure."""
     rows = []
     for axis, unit in UNITS.items():
@@ -147,18 +147,16 @@ def _verdict(speeds: Sequence[Held]) -> list[str]:
             )
         )
     head = "axis", "mean speed, as the paper", "one leg", "one leg, true, there", "parameters alone"
-    return [
+    return blocks(
         f"Goal: {GOAL_MM_S:g} mm/s at every speed, judged by each figure at the speed where it is worst:",
-        "",
-        *table(head, rows),
-        "",
-        *paragraph(
+        table(head, rows),
+        paragraph(
             "Where the true parameters miss it too, what is missed is the disturbance's and no identification's:",
             "`parameters alone` is what is left to that. Yaw",
             f"is judged by {GOAL_MM_S:g} mrad/s, which is {GOAL_MM_S:g} mm/s at 1 m from the axis of turning; heave",
             "has no feed-forward.",
         ),
-    ]
+    )
 
 
 def _met(error: float) -> str:

@@ -2,21 +2,21 @@
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
 from bench.diagnosis.goals import figure_words
-from bench.diagnosis.sources import ANSWERS as DIAGNOSED
 from bench.remembered import Remembered
-from bench.stamp import reached, stamp
+from bench.stamp import CURVES, reached, stamp
 from bench.unknown.planted import LEAST_LEFT, MOST_LIKE, MULTIPLES
-from bench.unknown.trials import Judged, judged, known_jobs, unknown_jobs
-from bench.words import in_a_word, paragraph, table
+from bench.unknown.trials import KNOWN as KNOWN_EFFECTS
+from bench.unknown.trials import Judged, judged, known_job, unknown_job
+from bench.words import blocks, in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
-MADE = ("bench/unknown/grammar.py", "bench/unknown/planted.py", "bench/unknown/trials.py")
-ANSWERS = (*DIAGNOSED, *reached(*MADE))
-SOURCES = (*ANSWERS, *reached("bench/unknown/section.py", "bench/diagnosis/goals.py"))
+ANSWERS = (reached("bench/unknown/trials.py"), CURVES)
+SOURCES = (*ANSWERS, reached("bench/unknown/section.py"))
 """Code that the figures depend on (`bench.stamp`)."""
 
 DRAWN, KNOWN, COUNT = 550_000, 551_000, 300
@@ -29,35 +29,30 @@ def section(cache: Path, short: bool) -> str:
     """The section, from the results in `cache`; runs the dives that are missing there."""
     first, other, count = (SHORT_DRAWN, SHORT_KNOWN, SHORT_COUNT) if short else (DRAWN, KNOWN, COUNT)
     kept, code = Remembered(cache / "unknown.jsonl"), stamp(*ANSWERS)
-    jobs = {f"{key}:{code}": job for key, job in unknown_jobs(first, count).items()}
-    drawn = [judged(data) for data in kept.fill(jobs, "drawn forces").values()]
-    jobs = {f"{key}:{code}": job for key, job in known_jobs(other, count).items()}
-    known = [judged(data) for data in kept.fill(jobs, "known effects").values()]
+    drawn_jobs = {f"drawn {first + i}:{code}": partial(unknown_job, first + i) for i in range(count)}
+    known_jobs = {
+        f"known {other + i}:{code}": partial(known_job, other + i, KNOWN_EFFECTS[i % len(KNOWN_EFFECTS)])
+        for i in range(count)
+    }
+    drawn = [judged(data) for data in kept.fill(drawn_jobs, "drawn forces").values()]
+    known = [judged(data) for data in kept.fill(known_jobs, "known effects").values()]
     return page(drawn, known)
 
 
 def page(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
     """The section from its dives."""
-    lines = [
+    return blocks(
         "## Unknown forces, drawn by a grammar",
-        "",
-        *_introduction(drawn, known),
-        "",
-        *goals(drawn, known),
-        "",
+        _introduction(drawn, known),
+        goals(drawn, known),
         "By part of the grammar:",
-        "",
-        *by_part(drawn),
-        "",
-        *misnamed(drawn),
-        "",
-        *mistaken(known),
-        "",
-    ]
-    return "\n".join(lines)
+        by_part(drawn),
+        misnamed(drawn),
+        mistaken(known),
+    )
 
 
-def _introduction(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
+def _introduction(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
     low, high = MULTIPLES
     return paragraph(
         f"{len(drawn)} dives (seeds from {min(dive.seed for dive in drawn)} on) with one force each that",
@@ -79,7 +74,7 @@ DRIFTS = (1.5, 2.5, 4.0, 6.6)
 """Ends of the ranges of drift, in floors; a force is scaled to within a tenth of its drawn drift."""
 
 
-def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
+def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
     """Table of the goals, and of the other outcomes."""
     called, wrong = _rate(drawn, _called), _rate(known, lambda dive: dive.verdict == "unknown")
     by_name = [dive for dive in drawn if dive.verdict == "unknown"]
@@ -97,19 +92,17 @@ def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> list[str]:
         ),
         "known called partly": _rate(known, lambda dive: dive.verdict == "partly"),
     }
-    return [
-        *table(
+    return blocks(
+        table(
             ("goal", "figure (95 % bounds)", ""),
             [(words, figure_words(rate), in_a_word(met)) for words, rate, met in judged_by],
         ),
-        "",
         "Beside them:",
-        "",
-        *table(("what", "figure"), [(words, figure_words(rate)) for words, rate in others.items()]),
-    ]
+        table(("what", "figure"), [(words, figure_words(rate)) for words, rate in others.items()]),
+    )
 
 
-def by_part(drawn: Sequence[Judged]) -> list[str]:
+def by_part(drawn: Sequence[Judged]) -> str:
     """A row for each word of the grammar, each degree of freedom, hull, and range of drift."""
     rows = []
     for part in dict.fromkeys(part for dive in drawn for part in dive.parts):
@@ -126,13 +119,13 @@ def by_part(drawn: Sequence[Judged]) -> list[str]:
     return table(("part", "", "dives", "called unknown", "by a known cause", "no gap"), rows)
 
 
-def misnamed(drawn: Sequence[Judged]) -> list[str]:
+def misnamed(drawn: Sequence[Judged]) -> str:
     """The causes that were said to explain a drawn force."""
     said = _counted(name for dive in drawn if _by_cause(dive) for name in dive.told)
     return paragraph(f"Known causes told instead of an unknown one: {said}.")
 
 
-def mistaken(known: Sequence[Judged]) -> list[str]:
+def mistaken(known: Sequence[Judged]) -> str:
     """The effects that were called unknown."""
     return paragraph(
         f"Known effects called unknown: {_counted(dive.hidden for dive in known if dive.verdict == 'unknown')}."

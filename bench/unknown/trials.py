@@ -1,12 +1,10 @@
 """The diagnosis of drawn forces, and of as many dives with one effect of its library."""
 
-import time
 from dataclasses import dataclass
-from functools import partial
 from typing import Any
 
 from bench.diagnosis.trials import effects_for, recorded_dive
-from bench.remembered import Data, Job
+from bench.remembered import Data
 from bench.unknown.planted import unknown_of
 from bridge.errors import SeatrialError
 from bridge.vehicle.coefficients import DOFS
@@ -39,7 +37,6 @@ class Judged:
     verdict: str
     told: tuple[str, ...]
     where: tuple[str, ...]
-    seconds: float
 
     @property
     def right_axis(self) -> bool:
@@ -51,16 +48,6 @@ class Judged:
         """Whether the dive is said to hold an unexplained force: verdict unknown, or partly with the right degree of
         freedom."""
         return self.verdict == "unknown" or (self.verdict == "partly" and self.right_axis)
-
-
-def unknown_jobs(first: int, count: int) -> dict[str, Job]:
-    """Jobs of `count` drawn forces."""
-    return {f"drawn {seed}": partial(unknown_job, seed) for seed in range(first, first + count)}
-
-
-def known_jobs(first: int, count: int) -> dict[str, Job]:
-    """Jobs of `count` dives with an effect each, all effects in turn."""
-    return {f"known {first + i}": partial(known_job, first + i, KNOWN[i % len(KNOWN)]) for i in range(count)}
 
 
 def unknown_job(seed: int) -> Data:
@@ -84,7 +71,7 @@ def known_job(seed: int, name: str) -> Data:
 
 
 def _diagnosed(case: Case) -> Data:
-    dive, answer, began = recorded_dive(case), None, time.process_time()
+    dive = recorded_dive(case)
     try:
         answer = plain(
             diagnose(
@@ -93,8 +80,7 @@ def _diagnosed(case: Case) -> Data:
         )
     except SeatrialError as error:
         answer = {"verdict": "refused", "effects": [], "character": None, "why": str(error)}
-    seconds = time.process_time() - began
-    return {"seed": case.seed, "hull": case.configuration, "answer": answer, "seconds": seconds}
+    return {"seed": case.seed, "hull": case.configuration, "answer": answer}
 
 
 def judged(data: Data) -> Judged:
@@ -111,5 +97,4 @@ def judged(data: Data) -> Judged:
         answer["verdict"],
         tuple(likely),
         tuple((answer["character"] or {}).get("dof", ())),
-        data["seconds"],
     )

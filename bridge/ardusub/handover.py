@@ -85,11 +85,6 @@ class Handover:
         """The way out where the vehicle's own system holds the sticks, and this companion does not."""
         return f"end the other companion, or set {PILOT} to {self._ground}"
 
-    @property
-    def is_back(self) -> bool:
-        """Whether SYSID_MYGCS was read as the pilot's."""
-        return self.holder is Holder.FREE and self.value != self._system and not math.isnan(self.value)
-
     def step(self, wanted: bool, now_s: float, *, asked: bool) -> list[Any]:
         """The messages to send to the autopilot now.
 

@@ -11,6 +11,7 @@ from typing import Final
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.controller import GAINS, Controller, load_gains
+from bridge.vehicle.in_force import FaultTexts
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference, Six
 
@@ -30,13 +31,12 @@ class VelocityHold:
     def __init__(self, shape: Configuration, reach: Sequence[float]) -> None:
         most = tuple(HOLD_SHARE * limit for limit in reach)
         self._controller = Controller(load_gains(shape.gains, GAINS), shape, most)
-        self._astray: frozenset[int] = frozenset()
-        self._texts: list[str] = []
+        self._faults = FaultTexts()
 
     def reset(self) -> None:
         """Remember nothing."""
         self._controller.reset(range(6))
-        self._astray = frozenset()
+        self._faults.report(())
 
     def step(
         self,
@@ -49,24 +49,18 @@ class VelocityHold:
         """Force (6,), N, that holds the measured velocity to that of `reference`, which is of the reading's time; zero
         in the degrees of freedom `off`. `pilot` (6,) is the force of the sticks, N and N m."""
         velocity, nu = known.velocity, reference.nu
-        astray = frozenset(
-            dof for dof in HELD if dof not in off and abs(velocity[dof] - nu[dof]) > HELD_WITHIN_M_S
-        )
+        astray = [dof for dof in HELD if dof not in off and abs(velocity[dof] - nu[dof]) > HELD_WITHIN_M_S]
         held = [dof for dof in HELD if dof not in off and dof not in astray and math.isfinite(velocity[dof])]
         at_rest = [dof for dof in held if abs(pilot[dof]) < AT_REST_N and abs(nu[dof]) < AT_REST_M_S]
         unheld = [dof for dof in range(6) if dof not in held]
         self._controller.reset((*unheld, *at_rest))
         force = self._controller.step(known, reference, dt_s, False)
         self._controller.reset(unheld)
-        self._texts += [
-            f"FF {DOFS[dof]} not held: velocity off by over {HELD_WITHIN_M_S:g} m/s"
-            for dof in sorted(astray - self._astray)
-        ]
-        self._astray = astray
+        words = f"not held: velocity off by over {HELD_WITHIN_M_S:g} m/s"
+        self._faults.report(tuple(f"FF {DOFS[dof]} {words}" for dof in astray))
         x, y = (force[dof] if dof in held else 0.0 for dof in HELD)
         return x, y, 0.0, 0.0, 0.0, 0.0
 
     def take_texts(self) -> list[str]:
         """Sentences for the crew since the last call."""
-        texts, self._texts = self._texts, []
-        return texts
+        return self._faults.take()

@@ -32,8 +32,9 @@ class Mixer:
     """The horizontal part of a frame, with the thrusters of a vehicle file in the frame's order.
 
     `directions` are the MOT_n_DIRECTION, `motors` the motor, from 1, of each output if that is not the one of its own
-    number. `scales_together`: outputs beyond full thrust are scaled down together, not each cut off. Raises ConfigError
-    if the vehicle file's thrusters push otherwise than the frame takes them to.
+    number. `scales_together`: outputs beyond full thrust are scaled down together, not each cut off. `matrix` (3, n):
+    wrench in surge, sway and yaw per newton of each driven motor; `inverse` (n, 3): their thrusts per unit of wrench.
+    Raises ConfigError if the vehicle file's thrusters push otherwise than the frame takes them to.
     """
 
     def __init__(
@@ -52,15 +53,15 @@ class Mixer:
         self._curve = curve
         self.scales_together = frame in SCALES_TOGETHER
         self._whole = allocation_matrix(configuration)
-        self._matrix = self._whole[list(FEEDFORWARD_DOFS)][:, self._driven]
-        self._inverse: Array = np.asarray(np.linalg.pinv(self._matrix))
+        self.matrix = self._whole[list(FEEDFORWARD_DOFS)][:, self._driven]
+        self.inverse: Array = np.asarray(np.linalg.pinv(self.matrix))
         self._unmix = np.linalg.pinv(self._factors)
         limit_n = min(configuration.thruster_limit_n, curve.max_n, -curve.min_n)
         self._pulses = Pulses(curve, LEAST_SHARE * limit_n)
         # Every vertical thruster of these frames has the factor 1 downwards.
         self._down = turned[~self._driven]
         self._sinks = self._whole[HEAVE, ~self._driven]
-        effect = self._matrix @ self._factors
+        effect = self.matrix @ self._factors
         across = np.abs(effect - np.diag(np.diag(effect))).max()
         rises = (self._sinks * self._down).min() <= 0
         if rises or np.diag(effect).min() <= 0 or across > 0.1 * np.diag(effect).min():
@@ -75,19 +76,9 @@ class Mixer:
         motors = np.flatnonzero(self._driven) + 1
         return [(int(motor), row) for motor, row in zip(motors, self._factors, strict=True)]
 
-    @property
-    def matrix(self) -> Array:
-        """Wrench in surge, sway and yaw per newton of each driven motor, (3, n)."""
-        return self._matrix
-
-    @property
-    def inverse(self) -> Array:
-        """Thrusts of the driven motors per unit of wrench, (n, 3)."""
-        return self._inverse
-
     def wrench(self, inputs: Array) -> Array:
         """Wrench (3,) in surge, sway and yaw, N and N m, of the mixer's inputs (3,)."""
-        return np.asarray(self._matrix @ self._thrusts(inputs))
+        return np.asarray(self.matrix @ self._thrusts(inputs))
 
     def _thrusts(self, inputs: Array) -> Array:
         outputs = self._factors @ inputs
@@ -113,7 +104,7 @@ class Mixer:
         aim, most = wrench, MOST_MENDED * float(np.abs(wrench).max())
         best, least = np.zeros(3), float("inf")
         for _ in range(ROUNDS):
-            pulses = self._pulses(self._inverse @ aim)
+            pulses = self._pulses(self.inverse @ aim)
             inputs = np.asarray(self._unmix @ ((pulses - NEUTRAL_US) / SPAN_US))
             error = wrench - self.wrench(inputs)
             # Near the dead zone a round may overshoot.
@@ -129,7 +120,7 @@ class Mixer:
 
     def wrench_of_pulses(self, pwm_us: Sequence[float]) -> Array:
         """Wrench (3,) of the pulses of the frame's outputs."""
-        return np.asarray(self._matrix @ self._curve.thrust(np.array(pwm_us)[self._driven]))
+        return np.asarray(self.matrix @ self._curve.thrust(np.array(pwm_us)[self._driven]))
 
 
 def mixer_of(values: Mapping[str, float], shape: Configuration, curve: Curve) -> Mixer:

@@ -1,7 +1,7 @@
 """Limits of a flight: the file that a person writes, and the numbers that the vehicle holds."""
 
 import math
-from dataclasses import astuple, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
@@ -64,10 +64,6 @@ class FlightLimits:
     def tilt_rad(self) -> float:
         return math.radians(self.tilt_deg)
 
-    def numbers(self) -> tuple[float, ...]:
-        """The limits in their order."""
-        return astuple(self)
-
 
 def load_limits(path: Path) -> FlightLimits:
     """Load the limit file. Raises ConfigError with the file and the key."""
@@ -83,7 +79,7 @@ def load_limits(path: Path) -> FlightLimits:
 
 
 def limits_of(numbers: tuple[float, ...]) -> FlightLimits:
-    """The limits in the order of `numbers()`. Raises ConfigError if they are none."""
+    """The limits in the order of their fields. Raises ConfigError if they are none."""
     if not all(map(math.isfinite, numbers)):
         raise ConfigError("a limit is no finite number")
     try:

@@ -12,6 +12,7 @@ again. The ground that flies says HERE all the while, so that its silence is not
 import struct
 import zlib
 from collections.abc import Sequence
+from dataclasses import astuple
 from enum import IntEnum
 from typing import Final
 
@@ -78,9 +79,9 @@ def leg_of(numbers: Sequence[float]) -> Leg:
 
 def limit_rows(limits: FlightLimits, depth_m: float) -> list[Seven]:
     """Limits and the plan's depth as the numbers of their commands."""
-    numbers = (*limits.numbers(), depth_m)
+    numbers = (*astuple(limits), depth_m)
     rows = [numbers[start : start + ROW] for start in range(0, len(numbers), ROW)]
-    return [(float(row), *values) for row, values in enumerate(rows)]  # type: ignore[misc]
+    return [(float(row), *values) for row, values in enumerate(rows)]
 
 
 def limits_in(rows: Sequence[Sequence[float]]) -> tuple[FlightLimits, float]:

@@ -66,37 +66,26 @@ class Navigator:
         self._water = vehicle.water
         dvl = vehicle.sensors.dvl
         self._dvl_arm = dvl.mounting.position_m if dvl is not None else (0.0, 0.0, 0.0)
-        self._velocity, self._velocity_time_s = NAN3, math.nan
-        self._rate, self._rate_time_s = NAN3, math.nan
+        self._known = Navigation()
+        """With the rates of the IMU alone."""
         self._yaw_rate, self._yaw_rate_time_s = math.nan, -math.inf
-        self._attitude: Quaternion = (math.nan, math.nan, math.nan, math.nan)
-        self._heading_rad, self._attitude_time_s = math.nan, math.nan
-        self._depth_m, self._depth_time_s = math.nan, math.nan
-        self._altitude_m, self._altitude_time_s = math.nan, math.nan
 
     @property
     def navigation(self) -> Navigation:
         """Latest values of all sensors, without the battery voltage."""
-        return Navigation(
-            self._velocity,
-            self._velocity_time_s,
-            self._best_rate(),
-            self._rate_time_s,
-            self._attitude,
-            self._heading_rad,
-            self._attitude_time_s,
-            self._depth_m,
-            self._depth_time_s,
-            altitude_m=self._altitude_m,
-            altitude_time_s=self._altitude_time_s,
-        )
+        return replace(self._known, rate=self._best_rate())
 
     def take_imu(self, sample: ImuSample) -> None:
         """Take the rates and, if the device provides it, the attitude."""
-        self._rate, self._rate_time_s = sample.rate, sample.time_s
+        self._known = replace(self._known, rate=sample.rate, rate_time_s=sample.time_s)
         if sample.attitude is not None:
-            self._attitude, self._attitude_time_s = sample.attitude, sample.time_s
-            self._heading_rad = unwrapped(heading_of(sample.attitude), self._heading_rad)
+            heading_rad = unwrapped(heading_of(sample.attitude), self._known.heading_rad)
+            self._known = replace(
+                self._known,
+                attitude=sample.attitude,
+                heading_rad=heading_rad,
+                attitude_time_s=sample.time_s,
+            )
 
     def take_yaw_rate(self, time_s: float, rate: float) -> None:
         """Take a mean yaw rate (rad/s) of the fibre-optic gyro."""
@@ -105,25 +94,25 @@ class Navigator:
     def take_dvl(self, sample: DvlSample) -> None:
         """Take a velocity, moved from the transducer to the body's origin. Without bottom lock the last one holds."""
         if sample.altitude_m == sample.altitude_m:
-            self._altitude_m, self._altitude_time_s = sample.altitude_m, sample.time_s
+            self._known = replace(self._known, altitude_m=sample.altitude_m, altitude_time_s=sample.time_s)
         if not sample.locked:
             return
-        self._velocity_time_s = sample.time_s
-        rate = self._best_rate()
-        known = any(self._dvl_arm) and not any(map(math.isnan, rate))
-        self._velocity = (
-            velocity_at_origin(sample.velocity, rate, self._dvl_arm) if known else sample.velocity
-        )
+        velocity, rate = sample.velocity, self._best_rate()
+        if any(self._dvl_arm) and not any(map(math.isnan, rate)):
+            velocity = velocity_at_origin(velocity, rate, self._dvl_arm)
+        self._known = replace(self._known, velocity=velocity, velocity_time_s=sample.time_s)
 
     def take_pressure(self, sample: PressureSample) -> None:
         """Compute the depth from an absolute pressure and the vehicle file's surface pressure and water density."""
-        self._depth_m, self._depth_time_s = self._water.depth_m(sample.pressure_pa), sample.time_s
+        depth_m = self._water.depth_m(sample.pressure_pa)
+        self._known = replace(self._known, depth_m=depth_m, depth_time_s=sample.time_s)
 
     def _best_rate(self) -> Vector3:
-        fresh = not self._rate_time_s > self._yaw_rate_time_s + FOG_STALE_S
+        rate = self._known.rate
+        fresh = not self._known.rate_time_s > self._yaw_rate_time_s + FOG_STALE_S
         if fresh and self._yaw_rate == self._yaw_rate:
-            return self._rate[0], self._rate[1], self._yaw_rate
-        return self._rate
+            return rate[0], rate[1], self._yaw_rate
+        return rate
 
 
 def velocity_at_origin(velocity: Vector3, rate: Vector3, arm_m: Vector3) -> Vector3:

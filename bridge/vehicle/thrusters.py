@@ -62,7 +62,7 @@ class TableCurve:
     def __init__(
         self, pwm_us: Array, thrust_n: Array, neutral_us: float = NEUTRAL_US, one_way: bool = False
     ) -> None:
-        self._neutral_us = neutral_us
+        self.neutral_us = neutral_us
         forward, reverse = pwm_us >= neutral_us, pwm_us == neutral_us if one_way else pwm_us <= neutral_us
         rising = np.maximum.accumulate(np.maximum(thrust_n[forward], 0.0))
         falling = np.minimum.accumulate(np.minimum(thrust_n[reverse][::-1], 0.0))
@@ -85,10 +85,6 @@ class TableCurve:
         return float(self._thrust_n[-1])
 
     @property
-    def neutral_us(self) -> float:
-        return self._neutral_us
-
-    @property
     def ends_us(self) -> tuple[float, float]:
         return float(self._pwm_us[0]), float(self._pwm_us[-1])
 
@@ -99,7 +95,7 @@ class TableCurve:
         wanted = np.asarray(thrust_n, dtype=float)
         ahead = np.interp(wanted, *self._forward)
         astern = np.interp(-wanted, *self._reverse)
-        return np.where(wanted > 0, ahead, np.where(wanted < 0, astern, self._neutral_us))
+        return np.where(wanted > 0, ahead, np.where(wanted < 0, astern, self.neutral_us))
 
 
 def _inverse(pwm_us: Array, magnitude_n: Array) -> tuple[Array, Array]:

@@ -6,7 +6,7 @@ u8, request opcode u8, burst complete u8, padding u8, offset u32, then up to 239
 
 import struct
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Final
 
@@ -96,15 +96,7 @@ def acknowledged(
 
 
 def refused(asked: Packet, fault: Fault) -> Packet:
-    return Packet(
-        asked.sequence + 1 & 0xFFFF,
-        asked.session,
-        Op.NAK,
-        1,
-        asked.op,
-        offset=asked.offset,
-        data=bytes((fault,)),
-    )
+    return replace(acknowledged(asked, bytes((fault,))), op=Op.NAK)
 
 
 def crc32(data: bytes, crc: int = 0) -> int:

@@ -6,6 +6,7 @@ from collections import defaultdict
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.ardusub.companion import Companion, companion_file
+from bridge.ardusub.handover import Holder
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
@@ -186,6 +187,10 @@ def arm(autopilot, *acts):
 
 
 def taken(aboard):
-    from bridge.ardusub.handover import Holder
-
     return aboard.companion.handover.holder is Holder.HELD
+
+
+def given_back(aboard):
+    """Whether SYSID_MYGCS was read as the pilot's."""
+    handover = aboard.companion.handover
+    return handover.holder is Holder.FREE and handover.value == 255

@@ -11,10 +11,10 @@ from fakes.firmware import RealTime
 from rig import Aboard, Pilot, ready
 from test_applet_law import wired
 
+from bench.ardusub.firmware import Passing
 from bridge import exit_codes
 from bridge.ardusub.applet import applet, wiring_fault
 from bridge.errors import LinkError, ParamRejected, ParamUnverified
-from bridge.links.link import Link
 from bridge.links.open import open_link
 from bridge.links.reconnecting import Reconnecting
 from bridge.simulator.json_plant import FOR_SCRIPTS_HZ
@@ -34,21 +34,11 @@ FILE = load_vehicle("bluerov2")
 WIRED = {f"SERVO{8 + n}_FUNCTION": 32 + n for n in range(1, 7)}
 
 
-class Ground(Link):
-    """The end of a link at the ground; time passes for a fake while it is read."""
-
-    def __init__(self, autopilot):
-        self.autopilot, self.name = autopilot, "fake"
+class Ground(Passing):
+    """The end of a link at the ground; time passes for a fake while it is read, a little with each read."""
 
     def read(self, timeout_s):
-        self.autopilot.run(max(timeout_s, 0.01))
-        return b"".join(iter(lambda: self.autopilot.ground.read(0.0), b""))
-
-    def write(self, data):
-        self.autopilot.ground.write(data)
-
-    def close(self):
-        pass
+        return super().read(max(timeout_s, 0.01))
 
 
 @pytest.fixture(params=["fake", "firmware"])

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD, MANUAL, POSHOLD
 from pymavlink.dialects.v20 import ardupilotmega as dialect
-from rig import Aboard, Pilot, arm, orders, ready, taken
+from rig import Aboard, Pilot, arm, given_back, orders, ready, taken
 
 from bridge.ardusub.companion import NO_ARDUSUB
 from bridge.ardusub.mixing import mixer_of
@@ -141,8 +141,7 @@ def test_raised_the_companion_holds_the_sticks_and_lowered_it_proves_that_they_a
     assert pilot.read("SYSID_MYGCS") == 1
     assert store.read_text() == "255\n"
     aboard.set_mode(Mode.OFF)
-    back = lambda: aboard.companion.handover.is_back  # noqa: E731
-    assert autopilot.until(back, WAIT_S, aboard, pilot)
+    assert autopilot.until(lambda: given_back(aboard), WAIT_S, aboard, pilot)
     assert pilot.read("SYSID_MYGCS") == 255
     assert not store.exists()
     assert aboard.companion.armed
@@ -156,7 +155,7 @@ def test_sticks_are_given_back_also_where_the_disk_can_not_be_written_any_more(f
     aboard, pilot = under_way(fake, Mode.ALONE, store=store)
     monkeypatch.setattr(Path, "unlink", read_only)
     aboard.set_mode(Mode.OFF)
-    assert fake.until(lambda: aboard.companion.handover.is_back, WAIT_S, aboard, pilot)
+    assert fake.until(lambda: given_back(aboard), WAIT_S, aboard, pilot)
     again = Aboard(fake, store=store)
     assert fake.until(lambda: again.companion.law, WAIT_S, again, pilot)
     assert pilot.read("SYSID_MYGCS") == 255
@@ -221,7 +220,7 @@ def test_a_companion_that_died_puts_the_sticks_back_when_it_starts_again(autopil
     aboard.alive = False
     autopilot.run(1.0, pilot)
     again = Aboard(autopilot, store=store)
-    assert autopilot.until(lambda: again.companion.handover.is_back, WAIT_S, again, pilot)
+    assert autopilot.until(lambda: given_back(again), WAIT_S, again, pilot)
     assert pilot.read("SYSID_MYGCS") == 255
     assert not store.exists()
 
@@ -301,26 +300,6 @@ def test_in_alt_hold_surge_is_fed_and_yaw_is_left_to_the_autopilot(fake):
     fake.run(0.2, aboard, pilot)
     assert fake.sticks[0] != 500
     assert fake.sticks[3] == 400
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [("FS_GCS_ENABLE", 1.0), ("FS_GCS_ENABLE", 0.0), ("FS_PILOT_INPUT", 0.0), ("FRAME_CONFIG", 4.0)],
-)
-def test_an_autopilot_that_would_not_stop_or_has_another_frame_keeps_its_sticks(fake, name, value):
-    fake.parameters[name] = value
-    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
-    fake.run(8.0, aboard, pilot)
-    assert fake.parameters["SYSID_MYGCS"] == 255
-    assert any(name in text for text in pilot.texts())
-
-
-def test_sticks_of_another_ground_than_the_pilots_are_not_taken_from_it(fake):
-    fake.parameters["SYSID_MYGCS"] = 254.0
-    aboard, pilot = Aboard(fake, Mode.BOTH), Pilot(fake)
-    fake.run(5.0, aboard, pilot)
-    assert fake.parameters["SYSID_MYGCS"] == 254
-    assert any("sticks not taken: SYSID_MYGCS is 254" in text for text in pilot.texts())
 
 
 def test_merged_echoes_do_not_prove_who_holds_the_sticks(fake):
@@ -442,8 +421,7 @@ def test_a_motor_that_is_turned_round_under_way_ends_the_feedforward_and_turned_
     pilot.write("MOT_2_DIRECTION", -1.0)
     assert autopilot.until(lambda: aboard.companion.law is None, 1.0, aboard, pilot)
     assert autopilot.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
-    back = lambda: aboard.companion.handover.is_back  # noqa: E731
-    assert autopilot.until(back, WAIT_S, aboard, pilot)
+    assert autopilot.until(lambda: given_back(aboard), WAIT_S, aboard, pilot)
     assert aboard.companion.no_flight(autopilot.clock.boot_s()) == sentence.removeprefix("no feed-forward: ")
     pilot.write("MOT_2_DIRECTION", 1.0)
     assert autopilot.until(lambda: taken(aboard), WAIT_S, aboard, pilot), pilot.texts()

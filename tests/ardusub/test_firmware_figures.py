@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from fakes.ardusub import ALT_HOLD
 from fakes.firmware import Firmware
-from rig import Aboard, Pilot, arm, ready, taken
+from rig import Aboard, Pilot, arm, given_back, ready, taken
 from test_dvl_and_recording import WITH_DVL, Dvl
 from test_flights import BATTERY, LIMITS
 
@@ -103,7 +103,7 @@ def begun_again(firmware):
     """A new companion after one died: it gives the sticks back, and the vehicle is armed again."""
     aboard, pilot = Aboard(firmware, file=WITH_DVL), Pilot(firmware)
     acts = (aboard, pilot, Dvl(firmware, aboard))
-    assert firmware.until(lambda: aboard.companion.handover.is_back and aboard.companion.law, 30.0, *acts)
+    assert firmware.until(lambda: given_back(aboard) and aboard.companion.law, 30.0, *acts)
     assert pilot.read("SYSID_MYGCS") == 255
     arm(firmware, aboard, pilot, *acts[2:])
     return aboard, pilot, acts

@@ -73,6 +73,14 @@ WRONG = {
         {"FS_GCS_ENABLE": 0.0},
         "no feed-forward: FS_GCS_ENABLE must stop the vehicle: set it to 2",
     ),
+    "a fail-safe that only warns": (
+        {"FS_GCS_ENABLE": 1.0},
+        "no feed-forward: FS_GCS_ENABLE must stop the vehicle: set it to 2",
+    ),
+    "no fail-safe of the pilot's": (
+        {"FS_PILOT_INPUT": 0.0},
+        "no feed-forward: FS_PILOT_INPUT must stop the vehicle: set it to 2",
+    ),
 }
 
 
@@ -206,6 +214,7 @@ def test_sticks_that_are_not_taken_are_said_with_the_way_out_again_and_again():
     )
     assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
     fake.run(31.0, aboard, pilot)
+    assert fake.parameters["SYSID_MYGCS"] == 254
     assert pilot.words().count(sentence) == 2
     pilot.write("SYSID_MYGCS", 255.0)
     aboard.set_mode(Mode.OFF)

@@ -6,10 +6,10 @@ import pytest
 from fakes.ardusub import Ardusub
 from fakes.lossy import Lossy
 from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
-from fakes.vehicle import QuietLink
 from rig import Aboard, Pilot
 from soak import rest_in_soak
 
+from bench.ardusub.firmware import Passing
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT
 from bridge.wire.framing import Encoder, Framer
@@ -25,22 +25,6 @@ TARGETS = {"FF0_M_U": 24.5, "FF0_M_V": 40.5, "FF0_D_U": 42.25, "FF0_D_V": 61.5}
 SHORT, *LONG = range(3), *(range(first, first + 20) for first in range(0, 200, 20))
 
 
-class Port(QuietLink):
-    """The ground's end of the autopilot's link; a read lets time pass."""
-
-    name = "port:"
-
-    def __init__(self, vehicle):
-        self.vehicle = vehicle
-
-    def read(self, timeout_s):
-        self.vehicle.fake.run(timeout_s, self.vehicle.aboard)
-        return b"".join(iter(lambda: self.vehicle.fake.ground.read(0.0), b""))
-
-    def write(self, data):
-        self.vehicle.fake.ground.write(data)
-
-
 class Beside(Reached):
     """A companion behind the fake ArduSub that holds OLD, armed by a pilot who is in shadow; its link is bad."""
 
@@ -52,7 +36,7 @@ class Beside(Reached):
         for name, value in OLD.items():
             assert self.server.write(name, value, armed=False) is None
         assert self.server.write(COMMIT, self.server.staged_crc, armed=False) is None
-        self.link = Lossy(Port(self), random.Random(seed), self.clock, **BAD_LINK)
+        self.link = Lossy(Passing(self.fake, self.aboard), random.Random(seed), self.clock, **BAD_LINK)
         self.sends = 0
         self._ground, self._framer, self._peers = Encoder(*GROUND_STATION), Framer(), Peers()
         pilot = Pilot(self.fake)

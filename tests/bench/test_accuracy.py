@@ -12,7 +12,7 @@ import pytest
 from fakes.planted import quiet
 from soak import rest_in_soak
 
-from bench.accuracy import coverage, trial
+from bench.accuracy import coverage
 from bench.accuracy import section as accuracy
 from bench.accuracy import trials as accuracy_trials
 from bench.accuracy.pooled import effective_count, share95
@@ -20,7 +20,8 @@ from bench.accuracy.tally import inside95, median_ratio, root_mean_square, tally
 from bench.accuracy.trials import Bound, Stated, Trial
 from bench.baselines import least_squares
 from bench.baselines.regression import AxisTerms, axis_terms
-from bench.bound import cramer_rao, information, kernel
+from bench.bound import kernel
+from bench.bound.bound import cramer_rao, information
 from bench.missions.mission import draw_one
 from bench.remembered import Remembered, pack
 from identify.estimators.likelihood.answer import estimate
@@ -94,7 +95,7 @@ def test_refused_coefficients_are_told_beside_the_errors_that_leave_them_out():
     trials[0] = Trial(1, "likelihood", {}, ("M_u", "D_u", "M_w"), "refused", 0.5)
     tallied = tally("likelihood", bounds, trials)
     assert tallied.refused_share == pytest.approx(0.1)
-    assert "`likelihood` 2 of 20 (10.0 %)" in "\n".join(accuracy.goal_lines([tallied]))
+    assert "`likelihood` 2 of 20 (10.0 %)" in accuracy.goals([tallied])
     row = next(line for line in accuracy.page(bounds, trials).splitlines() if line.startswith("| likelihood"))
     assert "| 10.0 % |" in row
 
@@ -130,15 +131,15 @@ def test_the_median_bound_of_a_coefficient_is_of_those_that_the_tables_are_of():
 def bound(request, monkeypatch):
     """A mission's bound; to compile what computes it takes longer than all else in this file."""
     if not request.param:
-        monkeypatch.setattr(trial, "cramer_rao", lambda mission: dict.fromkeys(mission.truth, 0.02))
+        monkeypatch.setattr(accuracy_trials, "cramer_rao", lambda mission: dict.fromkeys(mission.truth, 0.02))
 
 
 @pytest.mark.usefixtures("bound")
 def test_a_mission_is_measured_kept_and_read_back_alike(tmp_path):
     kept = Remembered(tmp_path / "accuracy.jsonl")
     data = {
-        "b": trial.bound_job(100_010),
-        "t": trial.method_job("least squares", 100_010),
+        "b": accuracy_trials.bound_job(100_010),
+        "t": accuracy_trials.method_job("least squares", 100_010),
     }
     for key, value in data.items():
         kept.put(key, value)

@@ -54,21 +54,23 @@ def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_th
 
 
 def test_each_way_to_follow_the_sticks_stands_beside_the_sticks_alone():
-    lines = followed(
+    text = followed(
         {
             "off": {"sticks alone": [0.14, 0.12], "companion, `ff`": [0.01, 0.008]},
             "latest_s": 0.0214,
             "version": "4.5.7",
         }
     )
-    assert "| sticks alone | 140.0 mm/s | 120.0 mm/s | 1/1.0, 1/1.0 |" in lines
-    assert "| companion, `ff` | 10.0 mm/s | 8.0 mm/s | 1/14.0, 1/15.0 |" in lines
-    assert lines[-1] == "The latest tick of the applet's script came after 21 ms. Flown with ArduSub 4.5.7."
+    assert "| sticks alone | 140.0 mm/s | 120.0 mm/s | 1/1.0, 1/1.0 |" in text
+    assert "| companion, `ff` | 10.0 mm/s | 8.0 mm/s | 1/14.0, 1/15.0 |" in text
+    assert text.endswith(
+        "\n\nThe latest tick of the applet's script came after 21 ms. Flown with ArduSub 4.5.7."
+    )
 
 
 def test_where_the_firmware_keeps_overrides_the_page_says_that_the_applet_adds_nothing():
-    lines = followed({"off": {"sticks alone": [0.14, 0.12]}, "latest_s": None, "version": "4.5.0-beta"})
-    assert lines[-1] == (
+    text = followed({"off": {"sticks alone": [0.14, 0.12]}, "latest_s": None, "version": "4.5.0-beta"})
+    assert text.endswith(
         "This firmware keeps overrides for ever: the applet adds nothing there. Flown with ArduSub 4.5.0-beta."
     )
 

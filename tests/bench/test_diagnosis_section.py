@@ -38,8 +38,7 @@ def trial_of(
     answer = Answer(
         verdict or ("explained" if said else "no_gap"), named, {"surge": 1.0}, 0.9, 0.88, before, after
     )
-    rows = [(0.01 * value,) * 6 for value in (*drifts, 1.0)] if drifts else [(), (), ()]
-    return Trial(group, truth, answer, "", 3.0, *rows)
+    return Trial(group, truth, answer, "", 3.0)
 
 
 def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> None:
@@ -101,9 +100,9 @@ def test_a_page_holds_every_part_and_names_what_was_refused() -> None:
         trial_of("two", 3, "waves", "tether", said=("waves",), drifts=(5.0, 3.0)),
         trial_of("novel", 4, "knocks", verdict="unknown", novel=True),
     ]  # fmt: skip
-    refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1, (), (), ())
-    timed = speed.lines([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
-    silent = Trial("none", {**trials[0].truth, "name": "none 6"}, None, "too short", 0.1, (), (), ())
+    refused = Trial("one", {**trials[1].truth, "name": "one 5"}, None, "too short", 0.1)
+    timed = speed.words([{"cores": 4.0, "one core": 6.0, "count": 2}, {"cores": 16.0, "count": 2}])
+    silent = Trial("none", {**trials[0].truth, "name": "none 6"}, None, "too short", 0.1)
     text = page.page([*trials, refused, silent], timed)
     assert "6 simulated dives" in text
     assert "Refused: one 5 (too short); none 6 (too short)." in text

@@ -18,7 +18,7 @@ from bench import document
 from bench import stamp as stamps
 from bench.accuracy import section as accuracy
 from bench.accuracy import thrift
-from bench.accuracy.answers import answer, answered, methods
+from bench.accuracy.answers import answered
 from bench.accuracy.trials import Stated, Trial
 from bench.baselines import closed_form
 from bench.campaigns import Dived
@@ -56,10 +56,14 @@ def test_a_section_of_older_code_says_so_and_one_measured_anew_no_longer():
         compared({"a": Section("## A", "old"), "b": Section("## B", "new")}, {"a": "x", "b": "new"}),
         ("a", "b"),
     )
-    assert f"<!-- section: a; code: old -->\n{OLDER}## A" in page
+    assert f"<!-- section: a; code: old; seconds: 0 -->\n{OLDER}## A" in page
     assert page.count(OLDER) == 1
     assert read(page)["a"] == Section("## A", "old", older=True)
     assert OLDER not in written(compared(read(page), {"a": "old", "b": "new"}), ("a", "b"))
+
+
+def made_of(*sources):
+    return SimpleNamespace(SOURCES=sources)
 
 
 def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(tmp_path, monkeypatch):
@@ -70,7 +74,7 @@ def test_the_command_marks_what_it_measures_and_labels_what_it_leaves(tmp_path, 
         (tmp_path / name).mkdir()
     target = tmp_path / "docs" / "benchmarks.md"
     target.write_text(written({"left": Section("## Left", "0ld")}, ("left",)), encoding="utf-8")
-    both = {"left": Measurement(page, ("bench/words.py",)), "asked": Measurement(page, ("bench/stamp.py",))}
+    both = {name: Measurement(made_of(f"bench/{name}.py"), page) for name in ("left", "asked")}
     monkeypatch.setattr(command, "SECTIONS", both)
     monkeypatch.setattr(command, "ROOT", tmp_path)
     monkeypatch.setattr(sys, "argv", ["bench", "asked"])
@@ -93,7 +97,7 @@ def test_a_section_whose_code_changes_while_it_is_measured_is_older(tmp_path, mo
 
     monkeypatch.setattr(stamps, "ROOT", tmp_path)
     stamps.stamp.cache_clear()
-    monkeypatch.setattr(command, "SECTIONS", {"a": Measurement(page, ("code.py",))})
+    monkeypatch.setattr(command, "SECTIONS", {"a": Measurement(made_of("code.py"), page)})
     monkeypatch.setattr(command, "ROOT", tmp_path)
     monkeypatch.setattr(sys, "argv", ["bench", "a"])
     command.main()
@@ -118,7 +122,9 @@ def test_a_page_and_packed_rows_that_no_disk_takes_stay_as_they_were(tmp_path, m
     target.write_text(written({"a": Section("## A", "0ld")}, ("a",)), encoding="utf-8")
     pack([{"a": 1}], packed)
     before = target.read_bytes(), packed.read_bytes()
-    monkeypatch.setattr(command, "SECTIONS", {"a": Measurement(lambda _: "## New", ("bench/words.py",))})
+    monkeypatch.setattr(
+        command, "SECTIONS", {"a": Measurement(made_of("bench/words.py"), lambda _: "## New")}
+    )
     monkeypatch.setattr(command, "ROOT", tmp_path)
     monkeypatch.setattr(command, "timed", lambda *_: contextlib.nullcontext())
     monkeypatch.setattr(sys, "argv", ["bench", "a"])
@@ -232,30 +238,32 @@ def test_code_that_moves_to_another_file_keeps_its_stamp(tmp_path, monkeypatch):
     stamps.stamp.cache_clear()
 
 
-def test_what_a_module_imports_is_found_by_reading_and_what_the_benchmark_is_made_of_is_not(
+def test_what_a_module_imports_or_names_in_a_table_is_found_by_reading_and_what_keeps_results_is_not(
     tmp_path, monkeypatch
 ):
     monkeypatch.setattr(stamps, "ROOT", tmp_path)
     for folder in ("bench", "bridge", "identify"):
         (tmp_path / folder).mkdir()
     (tmp_path / "bench/trials.py").write_text(
-        "import json\nfrom bench import words\nfrom identify.dive import Dive\n"
+        'import json\nfrom bench import plan, words\nfrom identify.dive import Dive\nOWN = {"a": "bench.sindy"}\n'
     )
-    (tmp_path / "bench/words.py").write_text("")
+    for name in ("plan", "sindy", "words"):
+        (tmp_path / f"bench/{name}.py").write_text("")
     (tmp_path / "identify/dive.py").write_text("def read():\n    from bridge import clock\n")
     (tmp_path / "bridge/clock.py").write_text("")
     (tmp_path / "bridge/other.py").write_text("")
     stamps.walked.cache_clear()
     try:
-        (modules,) = stamps.reached("bench/trials.py")
-        those = stamps.Part((modules,), lambda path: not path.startswith("bridge/"))
+        modules = stamps.reached("bench/trials.py")
+        those = stamps.reached("bench/trials.py", belongs=lambda path: not path.startswith("bridge/"))
         read, kept = (
             [str(file.relative_to(tmp_path)) for file in stamps.files(source)] for source in (modules, those)
         )
     finally:
         stamps.walked.cache_clear()
-    assert read == ["bench/trials.py", "bridge/clock.py", "identify/dive.py"]
-    assert kept == ["bench/trials.py", "identify/dive.py"]
+    made = ["bench/plan.py", "bench/sindy.py", "bench/trials.py"]
+    assert read == [*made, "bridge/clock.py", "identify/dive.py"]
+    assert kept == [*made, "identify/dive.py"]
 
 
 def _never():
@@ -361,14 +369,7 @@ def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered(
 
 
 def test_the_thrift_says_how_long_the_hovering_campaign_is(tmp_path, monkeypatch):
-    refused = {
-        "value": {},
-        "half95": {},
-        "trim": [],
-        "outcome": "refused",
-        "seconds": 0.0,
-        "refusal": "short",
-    }
+    refused = {"value": {}, "half95": {}, "trim": [], "refusal": "short"}
     campaign = SimpleNamespace(truth={}, dive=SimpleNamespace(duration_s=700.4))
     answers = dict.fromkeys(map(str, thrift.LENGTHS_S), refused)
     monkeypatch.setattr(thrift, "dived", lambda *_: campaign)
@@ -412,18 +413,18 @@ def test_the_true_dive_has_the_true_velocities_and_no_gyro_beside_them():
 def test_a_refusal_is_an_answer_with_its_reason():
     mission = draw_one(100_003)
     empty = replace(mission.dive, velocity=None, gyro=None, fog=None)
-    refusal = answer(answered("closed form", empty, mission.file, mission.configuration))
-    assert refusal.value == {}
-    assert "nothing can be identified" in refusal.refusal
+    refusal = answered("closed form", empty, mission.file, mission.configuration)
+    assert refusal["value"] == {}
+    assert "nothing can be identified" in refusal["refusal"]
 
 
 def test_the_methods_of_others_answer_a_mission_with_finite_values():
     mission = draw_one(100_003, seconds=60.0)
-    for name in methods()[-2:]:
-        result = answer(answered(name, mission.dive, mission.file, mission.configuration))
-        assert result.value
-        assert all(math.isfinite(value) for value in result.value.values())
-        assert set(result.half95) <= set(result.value)
+    for name in ("closed form", "least squares"):
+        result = answered(name, mission.dive, mission.file, mission.configuration)
+        assert result["value"]
+        assert all(math.isfinite(value) for value in result["value"].values())
+        assert set(result["half95"]) <= set(result["value"])
 
 
 def test_the_closed_form_needs_no_training_to_come_near_the_truth():

@@ -1,6 +1,5 @@
 """Field dives: drawn vehicles, planted effects, stock messages, and how answers are judged."""
 
-import gzip
 import struct
 from collections import Counter
 from dataclasses import replace
@@ -12,7 +11,6 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.field import section
-from bench.field.__main__ import main as field_command
 from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
 from bench.field.dive import STEP_S
 from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
@@ -50,11 +48,14 @@ def messages(recording):
 
 
 def test_the_same_seed_gives_the_same_bytes_and_another_seed_others():
-    first, again, other = (draw(seed, 2, "tether", 1.0, 8.0).files() for seed in (5, 5, 6))
+    def made(seed):
+        drawn = draw(seed, 2, "tether", 1.0, 8.0)
+        return drawn.recording(0), drawn.recording(1), drawn.vehicle.text, str(drawn.truth())
+
+    first, again, other = map(made, (5, 5, 6))
     assert first == again
-    assert set(first) == {"dive.tlog.gz", "check.tlog.gz", "vehicle.yaml", "truth.yaml"}
-    assert all(first[name] != other[name] for name in first)
-    assert first["dive.tlog.gz"] != first["check.tlog.gz"]
+    assert not {*first} & {*other}
+    assert first[0] != first[1]
 
 
 def test_without_noise_the_messages_hold_the_dive_as_it_was():
@@ -226,44 +227,12 @@ def test_a_plan_hides_every_effect_as_often_as_any_other_and_nothing_in_one_of_e
 def test_a_written_dive_is_read_as_any_other_recording(tmp_path):
     drawn = case()
     (tmp_path / "vehicle.yaml").write_text(drawn.vehicle.text, encoding="utf-8")
-    (tmp_path / "dive.tlog").write_bytes(gzip.decompress(drawn.files()["dive.tlog.gz"]))
+    (tmp_path / "dive.tlog").write_bytes(drawn.recording(0))
     dive = read_dive(tmp_path / "dive.tlog", None, load_vehicle(str(tmp_path / "vehicle.yaml")))
     assert dive.velocity_is_filtered
     assert dive.tau_cmd is None
     assert dive.nu_fb is None
     assert dive.pwm.value.shape[1] == len(drawn.vehicle.configuration.thrusters)
-
-
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["score", "{}"], "there is no dive in {}; `make` writes some"),
-        (["make", "--seed", "-3", "--count", "1", "--out", "{}"], "argument --seed"),
-    ],
-)
-def test_a_folder_without_a_dive_and_a_seed_below_zero_are_refused(
-    words, said, tmp_path, monkeypatch, capsys
-):
-    monkeypatch.setattr("sys.argv", ["bench.field", *(word.format(tmp_path) for word in words)])
-    with pytest.raises(SystemExit):
-        field_command()
-    assert said.format(tmp_path) in capsys.readouterr().err
-
-
-def test_another_dive_in_the_folder_of_one_that_is_kept_is_diagnosed(tmp_path, monkeypatch):
-    asked = []
-    monkeypatch.setattr("bench.remembered.Remembered.fill", lambda _, jobs, __: asked.append(set(jobs)) or {})
-    monkeypatch.setattr("bench.field.section.lines", lambda _: [])
-    monkeypatch.setattr(
-        "sys.argv", ["bench.field", "score", str(tmp_path), "--kept", str(tmp_path / "kept.jsonl")]
-    )
-    (tmp_path / "dive").mkdir()
-    (tmp_path / "dive" / "truth.yaml").touch()
-    for dive in (b"first", b"first", b"another"):
-        (tmp_path / "dive" / "dive.tlog.gz").write_bytes(dive)
-        field_command()
-    assert asked[0] == asked[1]
-    assert asked[1].isdisjoint(asked[2])
 
 
 def cause(name, probability=0.9, also=(), **parameters):
@@ -293,11 +262,11 @@ def test_what_is_only_among_those_that_could_not_be_told_apart_is_counted_by_its
     ]
     assert (rate_named(cases).hits, rate_also(cases).hits) == (1, 1)
     assert false_causes(cases) == 0
-    assert "counted by half, 75.0 % are named" in " ".join(section.further_figures(cases))
+    assert "counted by half, 75.0 % are named" in " ".join(section.further_figures(cases).split())
 
 
 def test_dives_that_all_hide_nothing_have_a_page_without_a_share_of_none():
-    text = "\n".join(section.lines([dive(NONE, verdict="no_gap"), dive(NONE, cause("waves"))]))
+    text = section.page([dive(NONE, verdict="no_gap"), dive(NONE, cause("waves"))], 1)
     assert "nan" not in text
     assert "Of 2 dives that hide nothing 1 came without a false cause" in " ".join(text.split())
 
@@ -310,7 +279,8 @@ def test_an_accepted_cause_that_is_not_there_is_false_whatever_the_verdict():
 
 def test_a_dive_with_two_false_causes_of_one_name_is_one_dive_of_the_table():
     both = [cause("weak_thruster", thruster=number) for number in (1.0, 2.0)]
-    assert section.wrong([dive(NONE, *both), dive("tether", both[0])])[-1] == "| `weak_thruster` | 2 | 1 |"
+    table = section.wrong([dive(NONE, *both), dive("tether", both[0])])
+    assert table.endswith("\n| `weak_thruster` | 2 | 1 |")
 
 
 def test_of_a_thruster_the_number_has_to_match_where_it_is_told():

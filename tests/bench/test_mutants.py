@@ -167,7 +167,7 @@ def test_two_changes_alike_in_one_line_are_judged_each_by_itself(tmp_path, monke
 
     def run(_, mutant, *__):
         ran.append(mutant)
-        return Verdict(mutant, None, 1, 1.0)
+        return Verdict(mutant, None, 1)
 
     monkeypatch.setattr("bench.mutants.trials.Checkout._ran", run)
     (tmp_path / "kernels-of").mkdir()
@@ -178,7 +178,7 @@ def test_two_changes_alike_in_one_line_are_judged_each_by_itself(tmp_path, monke
 
 def test_the_page_counts_by_folder_names_survivors_and_says_if_it_is_partial():
     def verdict(folder, by):
-        return Verdict(Mutant(f"{folder}/m.py", 7, 0, 1, "a", "b\n c"), by, 2, 1.0)
+        return Verdict(Mutant(f"{folder}/m.py", 7, 0, 1, "a", "b\n c"), by, 2)
 
     verdicts = [*(verdict(FOLDERS[0], "tests/test_a.py") for _ in range(19)), verdict(FOLDERS[1], None)]
     text = section.page(verdicts, 200)

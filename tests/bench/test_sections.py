@@ -7,12 +7,10 @@ import sys
 import numpy as np
 import pytest
 
-from bench import paper_network
 from bench.operation import station
-from bench.operation.flying import figures, lines
-from bench.operation.gap_monitor import ONSETS, _lines, onset_dive
-from bench.speed import identification
-from bench.speed.bags import BARE, DECODED, FORMS, MAP, OURS, hour, lines_of
+from bench.operation.flying import figures, words
+from bench.operation.gap_monitor import ONSETS, _words, onset_dive
+from bench.speed.bags import BARE, DECODED, FORMS, MAP, OURS, hour, words_of
 from bench.tracking import ladder
 from bridge.errors import LinkError, LinkTimeout
 from bridge.simulator.truth import load_truth
@@ -37,9 +35,9 @@ def test_the_page_gives_both_errors_and_their_ratio():
         name: {"OFF": {"surge": 0.06, "sway": 0.05}, "BOTH": {"surge": 0.005, "sway": 0.004}}
         for name in ("the paper's", "as beside the feed-forward", "tuned")
     }
-    page = ladder.lines(TUNED, [flight, flight])
-    assert page[-1] == "| tuned | 60.0 | 5.0 | 12.0 | 50.0 | 4.0 | 12.5 |"
-    assert "8 times the paper's proportional gain, 64 times its integral" in " ".join(page)
+    words, table = ladder.shown(TUNED, [flight, flight])
+    assert table.splitlines()[-1] == "| tuned | 60.0 | 5.0 | 12.0 | 50.0 | 4.0 | 12.5 |"
+    assert "8 times the paper's proportional gain, 64 times its integral" in " ".join(words.split())
 
 
 def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
@@ -49,17 +47,17 @@ def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
     }  # fmt: skip
     results = {f"{c} {n}": data for c in ("survey", "hovering") for n in range(3)}
     results["hovering 1"] = data | {"known_s": 90.0}
-    page = "\n".join(lines(results))
+    page = words(results)
     assert "| hovering | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in page
     assert "| survey | M_u | D_u |" in page
     assert "| flown | 0.3 | 1.2 |" in page
     assert "took 0.5 s on average" in " ".join(page.split())
     results["survey 1"] = data | {"known_s": float("nan")}
-    assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in "\n".join(lines(results))
+    assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in words(results)
     unknown = figures(800.0, {"M_u": 0.013, "D_u": 0.05}, Wanted(("M_u", "D_u"), 0.05), Outcome(), [0.5])
     results["survey 2"] = results["survey 1"] = unknown | {"whole_s": 120.0}
-    assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in "\n".join(lines(results))
-    assert "| flown | - | - |" in "\n".join(lines(results))
+    assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in words(results)
+    assert "| flown | - | - |" in words(results)
 
 
 def asleep(monkeypatch, tmp_path, program):
@@ -114,7 +112,7 @@ def test_the_table_counts_what_was_found_in_time_and_every_false_alarm():
         "calm 0": {"hours": 0.5, "alarms": [100.0]},
         "calm 1": {"hours": 0.25, "alarms": []},
     }
-    page = "\n".join(_lines(results))
+    page = _words(results)
     assert "| a tether snags, 0.5 to 3 N/m | 3 | 33% | 67% | 50 s | 50% |" in page
     assert "| a current of 0.05 to 0.2 m/s | 3 | 100% | 100% | 30 s | 100% |" in page
     flat = " ".join(page.split())
@@ -150,13 +148,7 @@ def measured(bare_s, ours_s):
 
 
 def test_the_slowest_form_is_judged_by_the_goal():
-    lines = lines_of({".bag": measured(2.0, 1.0), ".mcap": measured(1.0, 2.5)})
-    assert "| `.bag` | 2 | 2 | 1 | 0.5 | 9 |" in lines
-    assert "Goal of 3 times bare: 2.5 at most, met." in lines
-    assert "Goal of 3 times bare: 4 at most, **missed**." in lines_of({".db3": measured(1.0, 4.0)})
-
-
-@pytest.mark.parametrize("module", [identification, paper_network])
-def test_what_ignores_the_progress_of_a_fit_takes_its_values_so_far_too(module):
-    module._silent(0.5, "pass 2", {"M_u": (110.0, 3.0)})
-    module._silent(0.5, "reading")
+    words = words_of({".bag": measured(2.0, 1.0), ".mcap": measured(1.0, 2.5)})
+    assert "| `.bag` | 2 | 2 | 1 | 0.5 | 9 |" in words
+    assert "Goal of 3 times bare: 2.5 at most, met." in words
+    assert "Goal of 3 times bare: 4 at most, **missed**." in words_of({".db3": measured(1.0, 4.0)})

@@ -1,7 +1,5 @@
 """A figure is kept under the stamp of what it ran through: the stamp covers every file that its making reads."""
 
-import ast
-import inspect
 import subprocess
 import sys
 from importlib.util import find_spec
@@ -9,13 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from bench.accuracy.trial import OWN
+from bench.accuracy.answers import OWN
 from bench.accuracy.trials import SOURCES
 from bench.sections import SECTIONS
-from bench.stamp import ROOT, files, reached
+from bench.stamp import KEEPING, ROOT, files, reached
 
 SEED = 100_010
-RUNNER = ROOT / "gcs_plugin/job.py"  # of the processes that `bench.remembered` starts
+KEPT_BY = {ROOT / name for name in (*KEEPING, "gcs_plugin/job.py")}
+"""What keeps the figures, and runs the processes that make them."""
 READ = """
 import sys
 read = set()
@@ -55,7 +54,7 @@ def test_a_baseline_reads_nothing_outside_its_sources(method):
 
 @pytest.mark.soak
 def test_the_bound_reads_nothing_outside_its_sources():
-    read = _read(MISSION + "from bench.bound import cramer_rao\ncramer_rao(m)")
+    read = _read(MISSION + "from bench.bound.bound import cramer_rao\ncramer_rao(m)")
     assert read - set(files(*SOURCES["bound"])) == set()
 
 
@@ -70,62 +69,31 @@ def test_a_campaigns_dive_and_its_answer_load_nothing_outside_the_sources_of_cov
     work = "import bench.accuracy.coverage\nimport identify.estimators.likelihood.answer\n"
     work += "from bridge.simulator.truth import load_truth\nfrom bridge.vehicle.config import load_vehicle\n"
     work += "load_truth(load_vehicle('ruvifist:survey'), 'survey')"
-    keeping = {
-        ROOT / "bench" / name for name in ("accuracy/pooled.py", "remembered.py", "stamp.py", "words.py")
-    } | {RUNNER}
-    assert _read(work) - keeping - set(files(*coverage.SOURCES)) == set()
+    assert _read(work) - KEPT_BY - set(files(*coverage.SOURCES)) == set()
 
 
 @pytest.mark.soak
 def test_a_diagnosis_loads_nothing_outside_its_sources():
-    from bench.diagnosis.sources import ANSWERS
+    from bench.diagnosis.trials import SOURCES
 
-    keeping = {ROOT / "bench" / name for name in ("remembered.py", "stamp.py", "diagnosis/sources.py")} | {
-        RUNNER
-    }
-    assert _read("import bench.diagnosis.trials") - keeping - set(files(*ANSWERS)) == set()
+    assert _read("import bench.diagnosis.trials") - KEPT_BY - set(files(*SOURCES)) == set()
 
 
 BROAD = {"power", "ardusub", "mutants"}
 """Sections whose figures take too long to be measured anew for each change of the code around them."""
-KEPT_BY = {ROOT / "bench" / name for name in ("remembered.py", "stamp.py", "words.py")} | {RUNNER}
-CONSTANTS = {ROOT / "bench/campaigns.py"}
-BY_NAME = {
-    ROOT / "identify/estimators/table.py": ("identify/estimators/likelihood",),
-    ROOT / "tui/cli.py": reached("tui/commands/diagnose.py"),
-}
-"""What these import by a name that is known as they run."""
-
-
-def _of_bench(file):
-    """The benchmark's files that a file imports, directly or by others, and itself."""
-    seen, ahead = set(), [file]
-    while ahead:
-        if (file := ahead.pop()) in seen or file in KEPT_BY | CONSTANTS:
-            continue
-        seen.add(file)
-        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-            if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("bench"):
-                names = (node.module, *(f"{node.module}.{alias.name}" for alias in node.names))
-                paths = (ROOT / f"{name.replace('.', '/')}.py" for name in names)
-                ahead += [path for path in paths if path.is_file()]
-    return {str(each.relative_to(ROOT)) for each in seen if each.name != "sources.py"}
 
 
 @pytest.mark.parametrize("name", [name for name in SECTIONS if name not in BROAD])
 def test_the_code_behind_a_section_is_all_that_its_page_is_made_by(name):
-    used = inspect.getclosurevars(SECTIONS[name].page).globals.values()
-    (page,) = [Path(module.__file__) for module in used if inspect.ismodule(module)]
-    ours = _of_bench(page)
-    behind = files(*reached(*ours))
-    behind += [path for file, source in BY_NAME.items() if file in behind for path in files(*source)]
-    if any("bench.campaigns import" in (ROOT / file).read_text(encoding="utf-8") for file in ours):
+    behind = files(reached(str(Path(SECTIONS[name].module.__file__).relative_to(ROOT))))
+    if ROOT / "bench/campaigns.py" in behind:
         behind += files("configs/vehicles/ruvifist*.yaml", "configs/thrusters/*.csv")
-    named = set(files(*SECTIONS[name].sources))
-    assert {path for path in behind if path.name != "__init__.py"} - KEPT_BY - named == set()
+    if ROOT / "tui/cli.py" in behind:
+        behind += files(reached("tui/commands/diagnose.py"))
+    assert set(behind) - set(files(*SECTIONS[name].sources)) == set()
 
 
 def test_the_power_of_the_diagnosis_is_kept_under_the_code_that_scores_it():
-    from bench.diagnosis.sources import DECIDED
+    from bench.diagnosis.power import DECIDED
 
     assert ROOT / "identify/challenge/score.py" in files(*DECIDED)

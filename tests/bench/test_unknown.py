@@ -132,7 +132,7 @@ def test_a_force_is_planted_as_large_as_its_drift_was_drawn_and_again_the_same()
 
 def dive(verdict: str, *causes: str, where: tuple[str, ...] = (), hidden: str = "", seed: int = 1) -> Judged:
     parts = {} if hidden else {"memory": "lag", "timing": "bursts"}
-    return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, causes, where, 5.0)
+    return Judged(seed, "survey", hidden, parts, ("surge",), 3.0, verdict, causes, where)
 
 
 def test_partly_counts_as_unknown_only_where_the_force_is() -> None:
@@ -153,4 +153,4 @@ def test_the_page_tells_goals_parts_and_what_was_named_instead() -> None:
     assert "| drift | 2.5 to 4 floors | 10 | 80 % | 1 | 1 |" in page
     assert "Known causes told instead of an unknown one: `waves` (1)." in page
     assert "Known effects called unknown: `tether` (1)." in page
-    assert section.mistaken(known[:5]) == ["Known effects called unknown: none."]
+    assert section.mistaken(known[:5]) == "Known effects called unknown: none."

@@ -2,6 +2,7 @@
 
 import math
 import struct
+from dataclasses import astuple
 
 import pytest
 from hypothesis import given, settings
@@ -66,7 +67,7 @@ def test_a_leg_that_drives_three_axes_is_not_sent():
 
 def test_limits_and_depth_arrive_as_they_were_sent():
     limits, depth_m = limits_in([heard(row) for row in limit_rows(LIMITS, 1.5)])
-    assert limits.numbers() == pytest.approx(LIMITS.numbers())
+    assert astuple(limits) == pytest.approx(astuple(LIMITS))
     assert depth_m == 1.5
 
 

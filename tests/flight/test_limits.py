@@ -2,7 +2,7 @@
 
 import math
 import re
-from dataclasses import replace
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import pytest
@@ -78,8 +78,9 @@ def test_where_there_is_no_limit_file_it_says_what_one_looks_like(tmp_path):
 
 
 def test_the_vehicle_takes_the_limits_as_numbers_and_refuses_what_are_none():
-    assert limits_of(LIMITS.numbers()) == LIMITS
-    for numbers in ((), LIMITS.numbers()[:5], (*LIMITS.numbers(), 1.0), (math.nan, *LIMITS.numbers()[1:])):
+    good = astuple(LIMITS)
+    assert limits_of(good) == LIMITS
+    for numbers in ((), good[:5], (*good, 1.0), (math.nan, *good[1:])):
         with pytest.raises(ConfigError):
             limits_of(numbers)
 

@@ -4,7 +4,6 @@ import json
 import math
 import os
 import pty
-import select
 import signal
 import threading
 import time
@@ -459,19 +458,6 @@ def test_the_end_of_the_program_that_reads_the_progress_is_a_key_pressed_once(mo
             os.kill(os.getpid(), signal.SIGINT)
             seen.append(pressed())
         assert seen == [False, asks, False, True]
-
-
-@pytest.mark.parametrize("key", [b"x", b"\x1b[A", b"\x1bOP", b"\x1b[3~", "é".encode()])
-def test_a_key_of_several_characters_as_an_arrow_is_one_press_which_does_not_disarm(key, monkeypatch):
-    near, far = pty.openpty()
-    with os.fdopen(near, "wb", buffering=0) as hand, os.fdopen(far) as terminal:
-        monkeypatch.setattr(fly.sys, "stdin", terminal)
-        with fly.end_key() as pressed:
-            assert not pressed()
-            for _ in range(2):
-                hand.write(key)
-                assert select.select([terminal], [], [], 10.0)[0]
-                assert [pressed() for _ in range(4)] == [True, False, False, False]
 
 
 class OfRecording(Link):

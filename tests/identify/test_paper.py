@@ -16,17 +16,15 @@ from bench.reproduce.paper import (
     data_loss,
     estimate,
     estimate_with_curves,
-    excited,
     fixed_values,
     inverse_softplus,
+    lessons,
     physics_loss,
     predicted_wrench,
-    samples,
     tensors,
     window_ends,
 )
 from bridge.vehicle.config import Configuration, Vehicle, VehicleFile
-from identify.align import aligned
 from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 
@@ -64,9 +62,8 @@ def exact_dive(seconds=120.0, sway=0.15, noise=0.0):
 
 
 def problem(dive, options=QUICK):
-    grid = aligned(dive, FILE, "v", options.rate_hz, options.cutoff_hz)
-    _, dofs = excited(grid)
-    return grid, samples(grid, window_ends(grid, options.window), SHAPE, dofs)
+    learnt = lessons(dive, FILE, "v", options)
+    return learnt.grid, learnt.data
 
 
 def test_the_network_is_the_one_of_table_1():

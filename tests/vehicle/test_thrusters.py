@@ -152,10 +152,6 @@ def test_the_straight_part_runs_through_neutral_and_meets_the_curve_on_both_side
     assert pulses(np.array([1.999999, -1.999999])) == pytest.approx([ahead, astern], abs=1e-3)
 
 
-def test_without_a_straight_part_the_smallest_thrust_jumps_over_the_dead_zone():
-    assert np.all(np.abs(Pulses(CURVE, 0.0)(np.array([1e-6, -1e-6])) - 1500.0) > 25.0)
-
-
 def test_each_thruster_may_have_its_own_straight_part():
     near, far = Pulses(CURVE, np.array([0.0, 3.0]))(np.array([1.0, 1.0]))
     assert near == pytest.approx(CURVE.pwm(1.0))
