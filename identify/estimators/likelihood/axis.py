@@ -65,15 +65,6 @@ class AxisLikelihood:
     word: tuple[float, float] = (0.0, 0.0)
     damped: Damping = "linear"
 
-    def innovations(self, theta: Array) -> tuple[Array, Array]:
-        """Innovations and variances of the readings; the last entry is the difference between the mass and the
-        estimate in `word`."""
-        error, variance = self.filtered(theta, np.inf)
-        read = np.isfinite(self.reading)
-        mean, precision = self.word
-        off = (np.exp(theta[MASS]) - mean) * np.sqrt(precision)
-        return np.append(error[read], off), np.append(variance[read], 1.0)
-
     def log_likelihood(self, theta: Array) -> float:
         """Log likelihood of the readings and of the estimate in `word`, up to a constant."""
         axis = self.axis

@@ -16,7 +16,7 @@ from identify.estimators.axes.axis import Axes, Axis
 from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisFit, AxisLikelihood
 from identify.estimators.likelihood.intervals import integrated, knowledge_of, stretches
-from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, alone, coefficients
+from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, coefficients
 from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of, rigid_mass
 from identify.estimators.likelihood.scoring import MOST_STEPS, Maximum, climb, log_posterior
 from identify.threads import shared, side_by_side
@@ -74,12 +74,12 @@ def _begin(built: Axes, configuration: Configuration, feedback_unrecorded: tuple
             # small.
             problem = problem.slowed(theta)
             theta[problem.quadratic_index] = problem.prior_mean[problem.quadratic_index]
-            theta = climb(problem, theta, ROUGHLY, alone).theta
+            theta = climb(problem, theta, ROUGHLY).theta
         return problem, theta
 
     problems, thetas = zip(*side_by_side(begun, built.axes, lambda axis: len(axis.reading)), strict=True)
     joint = _joined(problems, feedback_unrecorded)
-    return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
+    return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY))
 
 
 rough_fit = shared(_begin)
@@ -113,7 +113,7 @@ def fit_axes(
         before = maximum.theta
         joint = joint.with_better_forces(built.motion, before)
         joint = joint.with_others_word(before, np.asarray(np.linalg.inv(maximum.precision), np.float64))
-        maximum = climb(joint, before, score=JointLikelihood.score)
+        maximum = climb(joint, before)
         std = np.sqrt(np.diag(np.linalg.inv(maximum.precision)))
         moved = np.abs(maximum.theta - before) / std
         kept = coefficients(joint)[1]
@@ -162,7 +162,7 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> J
         if at in known.stretch:
             stretch[row] = known.stretch[at]
         elif row == dof and dof in joint.apart:
-            stretch[row] = stretches(joint, maximum.theta, at, JointLikelihood.score)
+            stretch[row] = stretches(joint, maximum.theta, at)
         else:
             stretch[row] = stretches(fits[dof].problem, fits[dof].maximum.theta, at - starts[dof])
     information = _projected(joint, maximum.information)
@@ -189,7 +189,7 @@ def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:
 def _with_others_word(problem: AxisLikelihood, maximum: Maximum) -> AxisLikelihood:
     """The axis's likelihood with the other axes' estimate of its mass, chosen so that its maximum, too, lies at
     `own`."""
-    gradient, information = alone(problem, maximum.theta)
+    gradient, information = problem.score(maximum.theta)
     mass, prior = float(np.exp(maximum.theta[MASS])), problem.prior_precision[MASS]
     precision = max(float(maximum.information[MASS, MASS] - information[MASS, MASS]), 0.0) / mass**2
     if precision == 0.0:
@@ -236,7 +236,7 @@ def rough_maximum(
     maxima: list[Maximum] = []
     for theta in (problem.prior_mean, nearer):
         try:
-            maxima.append(climb(problem, theta, enough, alone))
+            maxima.append(climb(problem, theta, enough))
         except np.linalg.LinAlgError:
             continue
     if not maxima:

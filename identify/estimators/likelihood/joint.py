@@ -32,7 +32,7 @@ ROUGHLY = 0.5
 
 @dataclass(frozen=True)
 class JointLikelihood:
-    """The `scoring.Problem` of all axes, with their theta and their innovations concatenated.
+    """The `scoring.Problem` of all axes, with their theta concatenated.
 
     After them, theta holds the log masses of the degrees of freedom `apart`, as determined by the other axes'
     Coriolis forces; the mass in such an axis's own theta is used in its own equation alone. apart_prior (k, 2): mean
@@ -96,13 +96,6 @@ class JointLikelihood:
         """Joint theta from those of the axes, each found alone; a separate mass starts at the axis's own value."""
         masses = {p.axis.dof: theta[MASS] for p, theta in zip(self.problems, thetas, strict=True)}
         return np.concatenate([*thetas, [masses[dof] for dof in self.apart]])
-
-    def innovations(self, theta: Array) -> tuple[Array, Array]:
-        problems, slices = self.at(theta), self.slices
-        pairs = side_by_side(
-            lambda i: problems[i].innovations(theta[slices[i]]), range(len(slices)), self._readings
-        )
-        return np.concatenate([e for e, _ in pairs]), np.concatenate([s for _, s in pairs])
 
     def log_likelihood(self, theta: Array) -> float:
         """Log likelihood of all axes' readings, up to a constant."""
@@ -186,11 +179,6 @@ class JointLikelihood:
             return replace(moving, reading=problems[i].without_spikes(parameters[i]))
 
         return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)), self._readings)))
-
-
-def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:
-    """The score of one axis."""
-    return problem.score(theta)
 
 
 def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:

@@ -90,7 +90,7 @@ class StartFit:
         out = np.ones((len(std), 2))
         loose = np.flatnonzero((std > LOOSE) & (std < HOPELESS))
         if len(loose):
-            maximum = climb(self.joint, self.theta, NEAR, JointLikelihood.score)
+            maximum = climb(self.joint, self.theta, NEAR)
             fits = list(axis_fits(self.joint, maximum).values())
             for row in loose.tolist():
                 kind, axis = divmod(row, len(fits))
@@ -124,7 +124,7 @@ def start_of(built: Axes, configuration: Configuration) -> StartFit:
     begun = rough_fit(built, configuration, ())
     theta = begun.value.maximum.theta
     joint = begun.value.joint.with_better_forces(built.motion, theta)
-    theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
+    theta = climb(joint, theta, NEAR).theta
     return StartFit(built, joint, _values(joint, theta), theta)
 
 

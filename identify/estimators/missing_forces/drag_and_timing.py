@@ -293,7 +293,7 @@ def admitted(
     """
     if not lacking and not late:
         return replace(NOTHING, timing=timing)
-    without = climb(joint, theta, score=JointLikelihood.score)
+    without = climb(joint, theta)
     rows, indices = coefficients(joint)
     axes = {problem.axis.dof: problem.axis for problem in joint.problems}
     wider, at = Wider(joint, without.theta, ()), without.theta
@@ -302,7 +302,7 @@ def admitted(
         before = coefficient
         lateness = [Force(dof, axes[dof].by_lateness(LATER_S + max(by_s, 0.0))) for dof, by_s in size.items()]
         wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])
-        maximum = climb(wider.problem, wider.start, score=JointLikelihood.score)
+        maximum = climb(wider.problem, wider.start)
         at, kept = maximum.theta, wider.kept
         size = dict(zip(size, at[list(wider.indices)].tolist(), strict=False))
         coefficient, variance = at[kept][indices], np.diag(np.linalg.inv(maximum.precision))[kept][indices]

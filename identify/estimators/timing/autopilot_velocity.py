@@ -19,7 +19,6 @@ from identify.estimators.axes.build import LAGS_FORGOTTEN, build_axes
 from identify.estimators.axes.forces import axes_with_delay
 from identify.estimators.likelihood.axis import MASS, AxisLikelihood
 from identify.estimators.likelihood.fit import rough_maximum
-from identify.estimators.likelihood.joint import alone
 from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of, rigid_mass
 from identify.estimators.likelihood.scoring import climb
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
@@ -321,7 +320,7 @@ def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
     theta = near.copy()
     # The dive has since been dated with the timing found at `near`, so the remaining timing starts at zero.
     theta[index] = 0.0
-    maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
+    maximum = climb(problem.slowed(theta), theta, ENOUGH)
     precision = np.linalg.inv(np.linalg.inv(maximum.precision)[index, index])
     by_readings: Array = np.asarray(precision - np.diag(problem.prior_precision[index]), dtype=np.float64)
     pull: Array = np.asarray(precision @ maximum.theta[index], dtype=np.float64)

@@ -59,7 +59,7 @@ class _Profile:
     def top(self, by_s: float, enough: float, least: float = -np.inf) -> float:
         """The maximum at a delay; a lower value if that stays below `least`."""
         nearest = min(self.thetas, key=lambda known: abs(known - by_s))
-        maximum = climb(self.at(by_s), self.thetas[nearest], enough, JointLikelihood.score, least)
+        maximum = climb(self.at(by_s), self.thetas[nearest], enough, least)
         self.thetas[by_s], self.tops[by_s] = maximum.theta, maximum.log_likelihood
         return maximum.log_likelihood
 
