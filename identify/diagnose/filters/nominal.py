@@ -374,7 +374,7 @@ def _without_acts(
         before_filter=near.before_filter - faster(0.0),
         coriolis=near.coriolis,
     )
-    return replace(problem, axis=axis, reading=reading).reshaped()
+    return replace(problem, reading=reading).with_axis(axis)
 
 
 def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:

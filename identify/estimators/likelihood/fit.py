@@ -165,7 +165,12 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> J
             stretch[row] = stretches(joint, maximum.theta, at)
         else:
             stretch[row] = stretches(fits[dof].problem, fits[dof].maximum.theta, at - starts[dof])
-    information = _projected(joint, maximum.information)
+    told = [
+        at
+        for of_axis, mass in zip(joint.slices, joint.mass_indices, strict=True)
+        for at in (mass, of_axis.start + DAMPING, of_axis.start + FORCES)
+    ]
+    information = joint.projected(maximum.information, np.array(told))
     return JointFit(fits, log_value, covariance, stretch, information, stopped_at, joint, maximum.theta)
 
 
@@ -196,20 +201,6 @@ def _with_others_word(problem: AxisLikelihood, maximum: Maximum) -> AxisLikeliho
         return problem
     pull = prior * (maximum.theta[MASS] - problem.prior_mean[MASS]) - gradient[MASS]
     return replace(problem, word=(mass + float(pull) / (mass * precision), precision))
-
-
-def _projected(joint: JointLikelihood, information: Array) -> Array:
-    kept = np.array(
-        [
-            at
-            for of_axis, mass in zip(joint.slices, joint.mass_indices, strict=True)
-            for at in (mass, of_axis.start + DAMPING, of_axis.start + FORCES)
-        ]
-    )
-    others = np.setdiff1d(np.arange(len(information)), kept)
-    nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
-    cross = information[np.ix_(kept, others)]
-    return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
 
 
 WINDOW_S = 1.0

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import PITCH, ROLL
+from identify.estimators.axes.forces import coupled
 from identify.estimators.axes.motion import Motion
 from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
 from identify.threads import side_by_side
@@ -141,6 +142,14 @@ class JointLikelihood:
         """Whether the Coriolis forces of an axis tell no mass."""
         return self.in_waves and problem.axis.dof in (ROLL, PITCH)
 
+    def projected(self, information: Array, kept: NDArray[np.intp]) -> Array:
+        """Information (k, k) of the parameters with the indices `kept` (k,), all others and their priors projected
+        out."""
+        others = np.setdiff1d(np.arange(len(information)), kept)
+        nuisance = information[np.ix_(others, others)] + np.diag(self.prior_precision[others])
+        cross = information[np.ix_(kept, others)]
+        return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
+
     def with_others_word(self, theta: Array, covariance: Array) -> "JointLikelihood":
         """Return the same likelihood with the prior of each own mass in an axis `apart` taken from the other axes'
         Coriolis forces at theta."""
@@ -173,10 +182,13 @@ class JointLikelihood:
             # Move half of the way: the full change overshoots, and the passes would oscillate about their limit.
             axis = problems[i].axis
             speed, before_filter = problems[i].expected_speeds(parameters[i])
-            moving = problems[i].moving(
-                better, 0.5 * (axis.speed + speed), 0.5 * (axis.before_filter + before_filter)
+            moving = replace(
+                coupled(axis, better),
+                speed=0.5 * (axis.speed + speed),
+                before_filter=0.5 * (axis.before_filter + before_filter),
             )
-            return replace(moving, reading=problems[i].without_spikes(parameters[i]))
+            reading = problems[i].without_spikes(parameters[i])
+            return replace(problems[i].with_axis(moving), reading=reading)
 
         return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)), self._readings)))
 

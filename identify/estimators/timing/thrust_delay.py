@@ -157,10 +157,10 @@ def likeliest_delay(
 def _profile(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> _Profile:
     def at(by_s: float) -> JointLikelihood:
         moved = (
-            replace(problem, axis=axis_with_delay(problem.axis, built, forces, by_s))
+            problem.with_axis(axis_with_delay(problem.axis, built, forces, by_s))
             for problem in joint.problems
         )
-        return replace(joint, problems=tuple(problem.reshaped() for problem in moved))
+        return replace(joint, problems=tuple(moved))
 
     return _Profile(at, {0.0: theta})
 
