@@ -15,7 +15,7 @@ from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
 from identify.estimators.filter.transitions import transitions
 from identify.estimators.likelihood.axis import DISTURBANCE, FASTEST_S, MASS
 from identify.estimators.likelihood.joint import JointLikelihood
-from identify.estimators.likelihood.priors import likelihood_of, rigid_mass
+from identify.estimators.likelihood.priors import likelihood_of
 from identify.estimators.likelihood.scoring import slopes
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
@@ -259,7 +259,7 @@ HEAVE = 2
 def problems():
     drawn = draw_one(100007, seconds=40.0, kind="together")
     shape = drawn.drawn.configuration
-    masses = np.array([1.4 * rigid_mass(shape, dof) for dof in range(6)])
+    masses = np.array([1.4 * shape.rigid_body(dof)[0] for dof in range(6)])
     axes = build_axes(drawn.dive, drawn.file, drawn.configuration).axes
     return tuple(likelihood_of(axis, shape, masses, ()) for axis in axes)
 

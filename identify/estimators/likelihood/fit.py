@@ -17,7 +17,7 @@ from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisFit, AxisLikelihood
 from identify.estimators.likelihood.intervals import integrated, knowledge_of, stretches
 from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, coefficients
-from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of, rigid_mass
+from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of
 from identify.estimators.likelihood.scoring import MOST_STEPS, Maximum, climb, log_posterior
 from identify.threads import shared, side_by_side
 
@@ -62,13 +62,15 @@ class Begun:
 
 def _begin(built: Axes, configuration: Configuration, feedback_unrecorded: tuple[int, ...]) -> Begun:
     """Fit each axis alone, then all roughly together; there is at least one axis."""
-    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
+    masses = np.array([MASS_RATIO * configuration.rigid_body(dof)[0] for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
 
     def begun(axis: Axis) -> tuple[AxisLikelihood, Array]:
         loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in feedback_unrecorded else unmeasured
         problem = likelihood_of(axis, configuration, masses, loose, configuration.damping)
-        theta = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model).theta.copy()
+        theta = rough_maximum(
+            problem, configuration.rigid_body(axis.dof)[0], configuration.model
+        ).theta.copy()
         if configuration.damping != "linear":
             # The measured speed contains the readings that it is to explain, so the drag made of it comes out too
             # small.

@@ -142,7 +142,7 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
     solution = eliminated(data, map_, raw, state, noise, columns)
     on, adjacent = selected_inverse(solution.factor)
     best = state - solution.towards[:, :, 0]
-    expected = _expected(data, map_, raw, best, noise, on, adjacent)
+    loss, slope, sensor, wander = _expected(data, map_, raw, best, noise, on, adjacent)
     residual, tilt = map_.prior(raw)
     information = torch.zeros(6, 6, dtype=raw.dtype, device=raw.device)
     information[np.ix_(others, others)] = solution.square[1:, 1:]
@@ -150,31 +150,21 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
     first = first_precision(noise, len(data.interval.placed))
     prior = (residual**2).sum() + (first * best[0] ** 2).sum() + 2 * noise.disturbance.log().sum()
     return Equations(
-        expected.slope + tilt * residual,
+        slope + tilt * residual,
         information,
         tilt,
         best,
         on,
-        Moments(expected.sensor, expected.wander, squared[:-1], across, squared[1:], squared[0]),
-        float(expected.loss + prior + solution.factor.log_det),
+        Moments(sensor, wander, squared[:-1], across, squared[1:], squared[0]),
+        float(loss + prior + solution.factor.log_det),
     )
-
-
-@dataclass(frozen=True)
-class _Sums:
-    """Sums over all intervals. loss: the residuals' part of the loss at the best state; slope (p,) of half the
-    expected loss; sensor and wander of `Moments`."""
-
-    loss: Tensor
-    slope: Tensor
-    sensor: Tensor
-    wander: Tensor
 
 
 def _expected(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, adjacent: Tensor
-) -> _Sums:
-    """The loss at the best state, and the slope of its expectation about that state, by automatic differentiation."""
+) -> list[Tensor]:
+    """Sums over all intervals: the residuals' part of the loss at the best state, the slope (p,) of half its
+    expectation about that state, by automatic differentiation, and sensor and wander of `Moments`."""
     half = torch.full((), 0.5, dtype=raw.dtype, device=raw.device)
 
     def sums(some: Stretch) -> tuple[Tensor, ...]:
@@ -191,7 +181,7 @@ def _expected(
             return loss, slope, *shortfall(there, squares, data.axes)
 
     parts = worked(sums, stretches(len(adjacent), state.device))
-    return _Sums(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
+    return [torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)]
 
 
 def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:
