@@ -127,7 +127,7 @@ def planned(configuration: str) -> FlightPlan:
 
 def plan_of(file: VehicleFile, limits: Limits, know: Sequence[str] = ()) -> FlightPlan:
     """The plan of a vehicle file within limits, for the coefficients `know` or for all."""
-    proposal = plan(before_dives(file), limits, PLAN_S, know=know).proposal
+    proposal = plan(before_dives(file), limits, PLAN_S, know=know)
     return flight_plan("bench", START_DEPTH_M, [part.manoeuvre.steps for part in proposal.parts])
 
 
