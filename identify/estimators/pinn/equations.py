@@ -15,13 +15,11 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.layout import bending, by_coefficients
+from identify.estimators.pinn.layout import Data, bending, between, by_coefficients
 from identify.estimators.pinn.network import (
-    Data,
     Factor,
     Pull,
     Stretch,
-    between,
     expected_squares,
     factorise,
     first_precision,
@@ -39,20 +37,20 @@ from identify.estimators.pinn.parameters import Moments, Noise, Raw
 
 def by_raw(data: Data, map_: Raw, raw: Tensor, state: Tensor, pulled: Pull) -> Tensor:
     """Slopes (N, R, p) of the residuals `pulled` at `raw` and `state` in the raw parameters, with fixed variances."""
-    known, n, width = data.interval, data.axes, state.shape[1]
+    n, width = data.axes, state.shape[1]
     given, slope, owner = map_.coefficients(raw), map_.slope(raw), pulled.owner
     out = torch.zeros(*pulled.residual.shape, len(raw), dtype=state.dtype, device=state.device)
-    out[:, :n] = by_coefficients(known, given, state, pulled.balance) * slope
+    out[:, :n] = by_coefficients(data, given, state, pulled.balance) * slope
     # Positions and readings depend on mass: the velocity swings under the thrust and bends under the disturbance.
-    h = known.step_s[:, None].expand(-1, pulled.positions)
+    h = data.step_s[:, None].expand(-1, pulled.positions)
     rows = torch.arange(2 * n, len(owner), device=state.device)
     axis = owner[rows]
-    dof = torch.tensor(known.dofs, device=state.device)[axis]
+    dof = torch.tensor(data.dofs, device=state.device)[axis]
     mass = given.mass[dof]
     bent = torch.cat([-(h**2) / 12, data.bent], dim=1) / mass
-    swung = torch.cat([-0.5 * h, data.swung], dim=1) * known.swing[:, axis] / mass
+    swung = torch.cat([-0.5 * h, data.swung], dim=1) * data.swing[:, axis] / mass
     change = state[1:] - state[:-1]
-    in_mass = swung - bent * (change @ bending(known, given.damping, width)[axis].mT)
+    in_mass = swung - bent * (change @ bending(data, given.damping, width)[axis].mT)
     out[:, rows, dof] = -in_mass / mass * slope[dof]
     out[:, rows, 6 + axis] = bent * change[:, axis] * slope[6 + axis]
     return out * (pulled.known / pulled.std)[:, :, None]
@@ -86,7 +84,7 @@ def eliminated(
     absorbs each, the remainder (k, k) of their products, and the factor of the matrix whose inverse is the state's
     covariance.
     """
-    first = first_precision(noise, len(data.interval.placed))
+    first = first_precision(noise, len(data.placed))
     nodes, width = state.shape
 
     def gathered(some: Stretch) -> tuple[Tensor, ...]:
@@ -121,7 +119,7 @@ def eliminated(
 
 def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Equations:
     """Return the equations at `raw` (p,) and `noise`, linearised about `state` (N + 1, s)."""
-    others = [dof for dof in range(6) if dof not in data.interval.dofs]
+    others = [dof for dof in range(6) if dof not in data.dofs]
     towards, square, factor = eliminated(data, map_, raw, state, noise, others)
     on, adjacent = selected_inverse(factor)
     best = state - towards[:, :, 0]
@@ -130,7 +128,7 @@ def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -
     information = torch.zeros(6, 6, dtype=raw.dtype, device=raw.device)
     information[np.ix_(others, others)] = square[1:, 1:]
     squared, across = of_disturbance(best, on, adjacent, data.axes)
-    first = first_precision(noise, len(data.interval.placed))
+    first = first_precision(noise, len(data.placed))
     prior = (residual**2).sum() + (first * best[0] ** 2).sum() + 2 * noise.disturbance.log().sum()
     return Equations(
         slope + tilt * residual,

@@ -24,8 +24,8 @@ from identify.estimators.likelihood.priors import DISTURBANCE_SHARE, TIME_S
 from identify.estimators.likelihood.spikes import LARGEST_SHARE
 from identify.estimators.likelihood.start import StartFit, StartValues, start_of
 from identify.estimators.pinn.equations import Equations, equations
-from identify.estimators.pinn.layout import Layout, lay_out
-from identify.estimators.pinn.network import Data, data_of, wild, without
+from identify.estimators.pinn.layout import Data, Layout, data_of, lay_out
+from identify.estimators.pinn.network import wild, without
 from identify.estimators.pinn.parameters import Noise, Prior, Raw, of_logarithm, raw_of, slope
 from identify.estimators.refusals import no_solution
 from identify.progress import Progress
@@ -121,7 +121,7 @@ class Trainer:
     def at(self, raw: Tensor, noise: Noise, state: Tensor) -> Point:
         """The point at these values; `state` (N + 1, s) need only be near its best."""
         here = equations(self.data, self.map_, raw, state, noise)
-        levels = slope(here.moments, self.data.interval.step_s, noise)
+        levels = slope(here.moments, self.data.step_s, noise)
         levels = levels + self.prior.residual(noise) / self.prior.spread()
         return Point(raw, noise, here, torch.cat([here.gradient, levels]))
 
