@@ -117,7 +117,7 @@ def figures(hand_s: float, by_hand: Widths, wanted: Wanted, outcome: Outcome, to
 
 def plan_of(file: VehicleFile, limits: Limits, know: Sequence[str] = ()) -> FlightPlan:
     """The plan of a vehicle file within limits, for the coefficients `know` or for all."""
-    proposal = plan(before_dives(file), limits, PLAN_S, know=know).proposal
+    proposal = plan(before_dives(file), limits, PLAN_S, know=know)
     return flight_plan("bench", START_DEPTH_M, [part.manoeuvre.steps for part in proposal.parts])
 
 

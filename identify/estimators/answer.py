@@ -5,7 +5,7 @@ Intervals include the forces that the model lacks, and the time at which forces 
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -22,7 +22,7 @@ from identify.checks.fit.missing_forces import drag_doubts, lacking_doubts, miss
 from identify.checks.fit.thrust_timing import delay_doubt, late_doubts
 from identify.checks.fit.unread_speeds import unread_doubts
 from identify.dive import Dive, Signal
-from identify.doubt import Doubt, Outcome, worst
+from identify.doubt import Doubt, Outcome, coefficients_of, worst
 from identify.estimators.axes.axis import Axes
 from identify.estimators.identifiability import with_bounds, with_drag_forces, with_identifiability
 from identify.estimators.likelihood.joint import JointLikelihood
@@ -266,10 +266,10 @@ def _outcome(by_fit: Outcome, by_doubts: Outcome) -> Outcome:
     return worst((by_fit, by_doubts))
 
 
-def unsettled_doubt(names: tuple[str, ...], where: str, bound: str) -> Doubt:
-    """Doubt that the search for these coefficients settled: it stopped at its bound of steps."""
+def unsettled_doubt(dofs: Collection[int], where: str, bound: str) -> Doubt:
+    """Doubt that the search in these degrees of freedom settled: it stopped at its bound of steps."""
     return Doubt(
-        names,
+        coefficients_of(dofs),
         f"In {where} the search stopped at its bound of {bound} before it settled",
         f"don't rely on what it says of {where}; dive longer, with more changes of thrust.",
         Outcome.AT_BOUND,

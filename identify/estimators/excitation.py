@@ -27,11 +27,11 @@ from identify.estimators.likelihood.joint import coefficients
 from identify.estimators.missing_forces.drag_and_timing import (
     Force,
     doubts_of,
-    lacking_drag,
+    lacking_drags,
     timing_of,
     with_forces,
 )
-from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, long_enough, solvable
+from identify.estimators.refusals import SHORTEST_DIVE_S, common_s, solvable
 from identify.estimators.timing.autopilot_velocity import lasting_axes
 from identify.identification import LARGEST_RELATIVE_STD
 from identify.thrust.wrench import wrench
@@ -71,7 +71,6 @@ class Excitation:
 def excitation(dive: Dive, file: VehicleFile, configuration: str) -> Excitation:
     """How well this dive alone, without a prior, would identify each coefficient."""
     try:
-        long_enough(dive)
         with solvable(dive):
             return _foretold(dive, file, configuration)
     except FitError as error:
@@ -121,21 +120,16 @@ def _relative_std(begun: Begun, unseen: Collection[int]) -> Array:
     """
     joint, theta = begun.joint, begun.maximum.theta
     doubts = doubts_of(joint, theta)
-    lacking = [
-        Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[of_axis])))
-        for problem, of_axis in zip(joint.at(theta), joint.slices, strict=True)
-        if doubts[problem.axis.dof].lacks_drag
-    ]
+    lacking = lacking_drags(joint, theta, [dof for dof, doubt in doubts.items() if doubt.lacks_drag])
     late = [
         Force(problem.axis.dof, problem.axis.by_lateness())
         for problem in joint.problems
         if doubts[problem.axis.dof].is_late and problem.axis.dof not in unseen
     ]
     wider = with_forces(joint, theta, [*lacking, *late])
-    prior = wider.problem.prior_precision
-    gradient, information = wider.problem.score(wider.start)
-    covariance = np.linalg.inv(information + np.diag(prior))
-    shift = covariance @ (gradient - prior * (wider.start - wider.problem.prior_mean))
+    gradient, information = wider.slope()
+    covariance = np.linalg.inv(information)
+    shift = covariance @ gradient
     rows, columns = coefficients(joint)
     at = wider.kept[columns]
     timing = np.linalg.norm(timing_of(doubts), axis=0)

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from identify.dive import Run
-from identify.doubt import Doubt, Outcome
+from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.missing_forces.forms import Kind
 from identify.estimators.missing_forces.screening import Lack
@@ -45,7 +44,7 @@ def unlike_doubts(kinds: Mapping[int, Kinds], lacks: Sequence[Lack]) -> tuple[Do
             alike.setdefault(each.heavy, {})[dof] = each
     return tuple(
         Doubt(
-            tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in axes),
+            coefficients_of(axes),
             f"In {axes_named(list(axes))} the runs {listed(names)} respond as if about "
             f"{max(each.ratio for each in axes.values()):.2g} times as heavy as the other "
             f"{max(each.count for each in axes.values()) - len(names)}",

@@ -35,7 +35,14 @@ DRIVEN = {0: LEAST_M_S, 1: LEAST_M_S, 2: LEAST_M_S, 3: LEAST_RAD_S, 4: LEAST_RAD
 
 
 def lasting(dive: Dive) -> None:
-    """Raise FitError if no axis was read for long enough. A battery's voltage may be logged after all else ended."""
+    """Raise FitError if a dive is too short to identify anything from it, or if no axis was read for long enough: a
+    battery's voltage may be logged after all else ended."""
+    if round(dive.duration_s) < SHORTEST_DIVE_S:
+        raise FitError(
+            f"the dive lasts {dive.duration_s:.0f} s, but identification needs at least "
+            f"{SHORTEST_DIVE_S:.0f} s; record a longer one",
+            of=dive.name,
+        )
     together_s = longest_common_s(dive)
     if round(together_s) < SHORTEST_DIVE_S:
         raise FitError(
@@ -146,16 +153,20 @@ def _told_by_place(dive: Dive) -> list[int]:
 
 def _fastest(dive: Dive) -> dict[int, float]:
     """Largest speed that was read, m/s or rad/s, by degree of freedom; axes that only read zero are left out."""
-    read = [(dive.velocity, 0), (dive.gyro, 3), (dive.fog, 5)]
     largest: dict[int, float] = {}
-    for signal, first in read:
-        if signal is None:
-            continue
-        for dof, column in enumerate(signal.value.T, first):
-            known = column[np.isfinite(column)]
-            if known.any():
-                largest[dof] = max(largest.get(dof, 0.0), float(np.abs(known).max()))
+    for dof, _, speed in _speeds(dive):
+        known = speed[np.isfinite(speed)]
+        if known.any():
+            largest[dof] = max(largest.get(dof, 0.0), float(np.abs(known).max()))
     return largest
+
+
+def _speeds(dive: Dive) -> Iterator[tuple[int, Array, Array]]:
+    """The degree of freedom, times (n,) and values (n,) of each reading of a speed or a rate of turn."""
+    for signal, first in ((dive.velocity, 0), (dive.gyro, 3), (dive.fog, YAW)):
+        if signal is not None:
+            for dof, column in enumerate(signal.value.T, first):
+                yield dof, signal.time_s, column
 
 
 def refuse_unpushed(dive: Dive, file: VehicleFile, configuration_name: str) -> None:
@@ -193,13 +204,11 @@ def refuse_unmoved(dive: Dive) -> None:
     steady cruise is no rest.
     """
     read: dict[int, float] = {}
-    for signal, first in ((dive.velocity, 0), (dive.gyro, 3), (dive.fog, 5)):
-        columns = () if signal is None else tuple(_means(signal.time_s, column) for column in signal.value.T)
-        for dof, means in enumerate(columns, first):
-            if len(means):
-                bias = np.clip(np.median(means), -DRIVEN[dof], DRIVEN[dof])
-                speed = float(np.quantile(np.abs(means - bias), OFTEN))
-                read[dof] = max(read.get(dof, 0.0), speed)
+    for dof, time_s, column in _speeds(dive):
+        means = _means(time_s, column)
+        if len(means):
+            bias = np.clip(np.median(means), -DRIVEN[dof], DRIVEN[dof])
+            read[dof] = max(read.get(dof, 0.0), float(np.quantile(np.abs(means - bias), OFTEN)))
     if read and all(speed < DRIVEN[dof] for dof, speed in read.items()):
         raise FitError(
             f"the vehicle hardly moved: what was read of {axes_named(sorted(read))} stays within "
@@ -229,13 +238,3 @@ def _driven(forces: WrenchHistory, mass: Array) -> Array:
         speed = factor * speed + push[k]
         out[k + 1] = speed
     return out
-
-
-def long_enough(dive: Dive) -> None:
-    """Raise FitError if a dive is too short to identify anything from it."""
-    if round(dive.duration_s) < SHORTEST_DIVE_S:
-        raise FitError(
-            f"the dive lasts {dive.duration_s:.0f} s, but identification needs at least "
-            f"{SHORTEST_DIVE_S:.0f} s; record a longer one",
-            of=dive.name,
-        )

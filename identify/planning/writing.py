@@ -123,9 +123,12 @@ def mission_text(proposal: Proposal, title: str, command: str, tank: Tank) -> st
     return "\n".join([*lines, pause, ""])
 
 
-def to_json(proposal: Proposal, knowledge: Knowledge, limits: Limits) -> dict[str, Any]:
-    """Plain data, with NaN for missing numbers."""
+def to_json(proposal: Proposal, tank: Tank, limits: Limits) -> dict[str, Any]:
+    """Vehicle, configuration and proposal as plain data, with NaN for missing numbers."""
+    file, knowledge = tank.file, tank.knowledge
     return {
+        "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
+        "configuration": tank.configuration_name,
         "duration_s": proposal.duration_s,
         "limits": {**vars(limits), "depth_space_m": limits.heave_m},
         "manoeuvres": [

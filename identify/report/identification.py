@@ -3,7 +3,6 @@ training, the innovations and the dive itself.
 """
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 import numpy as np
 
@@ -35,28 +34,16 @@ OUTCOME_MEANS = {
 PARTLY = "Warning: some of these values are in doubt"
 
 
-class Trained(Protocol):
-    """Training curves of a network: the values (passes, parameters) of the parameters in `names`."""
-
-    @property
-    def names(self) -> Sequence[str]: ...
-
-    @property
-    def values(self) -> Array: ...
-
-
-def identification_report(answers: Sequence[Identified], curves: Mapping[str, Trained]) -> Report:
-    """Return the page with the results of each dive and the dives themselves."""
+def identification_report(answers: Sequence[Identified], curves: Mapping[str, Mapping[str, Array]]) -> Report:
+    """Return the page with the results of each dive and the dives themselves; `curves`: of a network's training, by
+    the dive's SHA-256 and the parameter, (passes,)."""
     sections = []
     for each in answers:
         sections.append(identification_section(each.answer))
         for comparison in each.comparisons:
             sections += [comparison_section(comparison), identification_section(comparison.second)]
-        if each.dive.sha256 in curves:
-            trained = curves[each.dive.sha256]
-            values = dict(zip(trained.names, trained.values.T, strict=True))
-            drawn = (figures.training(values),) if len(trained.values) else ()
-            sections.append(Section("Training", figures=drawn))
+        if trained := curves.get(each.dive.sha256):
+            sections.append(Section("Training", figures=(figures.training(trained),)))
         if each.answer.innovations:
             sections.append(innovations_section(each.answer.innovations, each.dive.name))
         sections.append(

@@ -183,7 +183,7 @@ def write_report(path: Path, report: Report, drawn: Callable[[float], None] = la
 
 def render_report(report: Report, drawn: Callable[[float], None] = lambda _: None) -> str:
     """The page as HTML; `drawn` as for `write_report`."""
-    headings = _distinct([section.heading for section in report.sections])
+    headings = _apart([section.heading for section in report.sections], "{} ({})")
     links = "".join(f'<li><a href="#part-{i}">{safe(h)}</a></li>' for i, h in enumerate(headings, start=1))
     parts, done, figures = [], 0, sum(len(section.figures) for section in report.sections)
     for i, (section, heading) in enumerate(zip(report.sections, headings, strict=True), start=1):
@@ -215,11 +215,6 @@ def render_report(report: Report, drawn: Callable[[float], None] = lambda _: Non
 
 def _lead(kind: str, words: str) -> str:
     return f'<p class="{kind}">{safe(unbroken(words))}</p>\n' if words else ""
-
-
-def _distinct(headings: Sequence[str]) -> list[str]:
-    """Headings, with a number behind each that repeats an earlier heading, as for dives of the same name."""
-    return [h if (n := headings[:i].count(h)) == 0 else f"{h} ({n + 1})" for i, h in enumerate(headings)]
 
 
 def _warning(text: str) -> str:
@@ -315,7 +310,9 @@ def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
     written: list[Path] = []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        for figure, name in zip(drawn, _apart([file_name(figure.name) for figure in drawn]), strict=True):
+        for figure, name in zip(
+            drawn, _apart([file_name(figure.name) for figure in drawn], "{}-{}"), strict=True
+        ):
             written += picture.write_files(figure.draw, folder / name)
     except OSError as error:
         reason = error.strerror or error
@@ -323,11 +320,11 @@ def write_figures(folder: Path, report: Report) -> tuple[Path, ...]:
     return tuple(written)
 
 
-def _apart(names: Sequence[str]) -> list[str]:
-    """The names, with a number behind each that is taken."""
+def _apart(names: Sequence[str], form: str) -> list[str]:
+    """The names, with a number behind each that is taken, as for dives of the same name; `form` of both."""
     taken: list[str] = []
     for name in names:
-        numbered = (f"{name}-{number}" for number in itertools.count(2))
+        numbered = (form.format(name, number) for number in itertools.count(2))
         taken.append(next(each for each in itertools.chain((name,), numbered) if each not in taken))
     return taken
 

@@ -7,6 +7,7 @@ The runs share masses, damping, thrust, delays and noise levels. The motion betw
 import hashlib
 import math
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import combinations, pairwise
@@ -92,10 +93,9 @@ def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = NOTHING) -> Dive
         for name, spans in dive.frozen.items():
             moved = tuple((start_s + by_s, end_s + by_s) for start_s, end_s in spans)
             frozen[name] = (*frozen.get(name, ()), *moved)
-    counts: dict[str, int] = {}
+    counts = Counter[str]()
     for dive in dives:
-        for name, count in dive.counts.items():
-            counts[name] = counts.get(name, 0) + count
+        counts.update(dive.counts)
     none: dict[str, Any] = dict.fromkeys(set(dives[0].signals()) - set(everywhere))
     unix_s = dives[0].unix_at_boot_s
     return replace(

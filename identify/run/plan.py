@@ -1,7 +1,6 @@
 """Plan the next dive: from the vehicle file alone, or from all that an earlier dive tells."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, Final
 
 from bridge.vehicle.config import VehicleFile
@@ -10,28 +9,9 @@ from identify.estimators.table import DEFAULT, estimator
 from identify.planning.knowledge import after, before_any_dive
 from identify.planning.limits import Limits, Tank
 from identify.planning.propose import DOFS_PLANNED, Proposal, propose
-from identify.planning.writing import to_json
 from identify.progress import Step, Steps, ignore_step
 
 OF: Final = "plan"
-
-
-@dataclass(frozen=True)
-class Planned:
-    """A proposal, with the vehicle that it was tried with and the limits that it keeps."""
-
-    tank: Tank
-    limits: Limits
-    proposal: Proposal
-
-    def to_json(self) -> dict[str, Any]:
-        """Vehicle, configuration and proposal as plain data."""
-        file = self.tank.file
-        return {
-            "vehicle": {"name": file.vehicle.name, "sha256": file.sha256},
-            "configuration": self.tank.configuration_name,
-            **to_json(self.proposal, self.tank.knowledge, self.limits),
-        }
 
 
 def plan(
@@ -42,10 +22,10 @@ def plan(
     progress: Steps = ignore_step,
     know: Sequence[str] = (),
     aim: float = 0.0,
-) -> Planned:
+) -> Proposal:
     """Propose the manoeuvres for `seconds` in total, for the coefficients `know` or for all, first for those that are
     known worse than to the relative standard deviation `aim`. Raises FitError if none fits."""
-    return Planned(tank, limits, propose(tank, limits, seconds, dofs, _steps(progress), know, aim))
+    return propose(tank, limits, seconds, dofs, _steps(progress), know, aim)
 
 
 def before_dives(file: VehicleFile) -> Tank:

@@ -119,9 +119,7 @@ def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path)
         pilot.flies = False
         ready(firmware, aboard, pilot, *acts)
         assert firmware.until(lambda: not aboard.companion.no_flight(firmware.clock.boot_s()), 30.0, *acts)
-        proposal = plan(
-            before_dives(file), Limits(space_m=6.0, depth_space_m=2.0, speed_m_s=0.5), 300.0
-        ).proposal
+        proposal = plan(before_dives(file), Limits(space_m=6.0, depth_space_m=2.0, speed_m_s=0.5), 300.0)
         flown = flight_plan("firmware", 3.0, [part.manoeuvre.steps for part in proposal.parts])
         crew, recorder, folder = recorded_crew(
             Passing(firmware, *acts), file, "standard", tmp_path, firmware.clock, say

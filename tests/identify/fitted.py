@@ -75,3 +75,11 @@ def prior(value: float, relative_std: float, rests_on: str = "weight", source: s
 def gaussian(e, s):
     """Log likelihood of innovations of these variances, without constants; -inf if a variance is not positive."""
     return -0.5 * float(np.sum(np.log(s) + e * e / s)) if np.all(s > 0) else -np.inf
+
+
+def weigh(e, s, de, ds):
+    """Gradient (p,) and information (p, p) from innovations and variances (n,) and their derivatives (p, n)."""
+    root = np.sqrt(s)
+    slope, widening, whitened = de / root, ds / s, e / root
+    gradient = -(slope @ whitened) - 0.5 * (widening @ (1.0 - whitened**2))
+    return gradient, slope @ slope.T + 0.5 * widening @ widening.T

@@ -14,7 +14,7 @@ from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
 from identify.dive import Dive, Signal
 from identify.estimators.excitation import excitation, spans
-from identify.estimators.refusals import common_s, lasting, long_enough, too_short
+from identify.estimators.refusals import common_s, lasting, too_short
 from identify.estimators.table import METHODS, estimator
 from identify.statistics import Z95
 
@@ -216,7 +216,6 @@ def test_commands_and_velocity_that_hardly_meet_are_a_short_dive():
 def test_twenty_seconds_to_the_nearest_are_enough():
     bare = replace(moving_dive(20.0), voltage=None)
     assert 19.5 < bare.duration_s < 20.0
-    long_enough(bare)
     lasting(bare)
     assert too_short(moving_dive(20.0), 0) == ""
 

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from fitted import gaussian
+from fitted import gaussian, weigh
 from scipy.linalg import expm
 
 from bench.missions.mission import draw_one
@@ -15,8 +15,8 @@ from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
 from identify.estimators.filter.transitions import transitions
 from identify.estimators.likelihood.axis import DISTURBANCE, FASTEST_S, MASS
 from identify.estimators.likelihood.joint import JointLikelihood
-from identify.estimators.likelihood.priors import likelihood_of, rigid_mass
-from identify.estimators.likelihood.scoring import score, weigh
+from identify.estimators.likelihood.priors import likelihood_of
+from identify.estimators.likelihood.scoring import slopes
 
 STEPS_S = np.array([0.01, 0.04, 0.05, 0.1])
 COLOURED = {
@@ -259,9 +259,20 @@ HEAVE = 2
 def problems():
     drawn = draw_one(100007, seconds=40.0, kind="together")
     shape = drawn.drawn.configuration
-    masses = np.array([1.4 * rigid_mass(shape, dof) for dof in range(6)])
+    masses = np.array([1.4 * shape.rigid_body(dof)[0] for dof in range(6)])
     axes = build_axes(drawn.dive, drawn.file, drawn.configuration).axes
     return tuple(likelihood_of(axis, shape, masses, ()) for axis in axes)
+
+
+def innovations_of_all(joint, theta):
+    """Innovations and variances of all axes' readings, behind those of each its mass less the estimate in `word`."""
+    errors, variances = [], []
+    for problem, of_axis in zip(joint.at(theta), joint.slices, strict=True):
+        error, variance = problem.filtered(theta[of_axis], np.inf)
+        read, (mean, precision) = np.isfinite(problem.reading), problem.word
+        errors += [error[read], [(np.exp(theta[of_axis][MASS]) - mean) * np.sqrt(precision)]]
+        variances += [variance[read], [1.0]]
+    return np.concatenate(errors), np.concatenate(variances)
 
 
 def assert_score_is_the_slope(joint):
@@ -270,7 +281,10 @@ def assert_score_is_the_slope(joint):
     # So large a disturbance that innovations are of the size that they are expected to be.
     theta[[of_axis.start + DISTURBANCE for of_axis in joint.slices]] += 3.0
     gradient, information = joint.score(theta)
-    slope, curvature = score(joint, theta)
+    by_parameter = slopes(
+        lambda moved: innovations_of_all(joint, moved), theta, joint.difference, range(len(theta))
+    )
+    slope, curvature = weigh(*innovations_of_all(joint, theta), *by_parameter)
     # What a dive says little of is known by its prior.
     size = np.sqrt(np.diag(curvature) + joint.prior_precision)
     np.testing.assert_allclose(gradient / size, slope / size, atol=2e-4)
@@ -284,7 +298,7 @@ def test_the_likelihood_alone_is_that_of_all_innovations_and_of_a_mass_told_by_o
     reading = axes[0].reading.copy()
     reading[::7] = np.nan
     joint = JointLikelihood((replace(axes[0], reading=reading, word=(1.1, 30.0)), *axes[1:]))
-    expected = gaussian(*joint.innovations(joint.prior_mean))
+    expected = gaussian(*innovations_of_all(joint, joint.prior_mean))
     assert joint.log_likelihood(joint.prior_mean) == pytest.approx(expected, rel=1e-10)
 
 

@@ -8,13 +8,13 @@ import pytest
 from fakes.planted import quiet
 from fakes.shared import shared
 from fakes.vehicle import VEHICLE
-from fitted import gaussian
+from fitted import gaussian, weigh
 
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.dive import Signal
 from identify.doubt import Outcome
-from identify.estimators.likelihood.scoring import climb, score
+from identify.estimators.likelihood.scoring import climb
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 
@@ -72,6 +72,9 @@ class Line:
     def log_likelihood(self, theta):
         return gaussian(*self.innovations(theta))
 
+    def score(self, theta):
+        return weigh(*self.innovations(theta), -self.x[None], np.zeros((1, 50)))
+
 
 def test_scoring_finds_the_least_squares_answer_and_its_information():
     line = Line()
@@ -79,7 +82,7 @@ def test_scoring_finds_the_least_squares_answer_and_its_information():
     assert summit.converged
     assert summit.theta[0] == pytest.approx(line.x @ line.y / (line.x @ line.x), rel=1e-6)
     assert summit.information[0, 0] == pytest.approx(line.x @ line.x / 0.25)
-    gradient, _ = score(line, summit.theta)
+    gradient, _ = line.score(summit.theta)
     assert abs(gradient[0]) < 1e-3 * np.sqrt(summit.information[0, 0])
 
 
@@ -88,12 +91,13 @@ def test_a_step_that_leaps_over_the_summit_is_not_taken_for_the_last():
     line = Line()
     best = line.x @ line.y / (line.x @ line.x)
 
-    def too_little_information(problem, theta):
-        gradient, information = score(problem, theta)
-        return gradient, 0.55 * information
+    class TooLittleInformation(Line):
+        def score(self, theta):
+            gradient, information = super().score(theta)
+            return gradient, 0.55 * information
 
     started_off = 0.1 / np.sqrt(line.x @ line.x / 0.25)
-    summit = climb(line, np.array([best + started_off]), score=too_little_information)
+    summit = climb(TooLittleInformation(), np.array([best + started_off]))
     assert summit.converged
     assert abs(summit.theta[0] - best) < 0.1 * started_off
 

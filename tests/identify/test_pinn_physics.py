@@ -10,8 +10,8 @@ from soak import rows_rest_in_soak
 from bridge.vehicle.dynamics import coriolis
 from identify.estimators.filter.state import INCREMENT, VELOCITY
 from identify.estimators.pinn.equations import by_raw
-from identify.estimators.pinn.layout import coriolis_forms, instants, readings_in
-from identify.estimators.pinn.network import between, pull
+from identify.estimators.pinn.layout import between, coriolis_forms, instants, readings_in
+from identify.estimators.pinn.network import pull
 
 
 def test_the_forms_give_the_coriolis_forces_of_the_one_definition():

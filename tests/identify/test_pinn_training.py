@@ -44,7 +44,9 @@ def train(shape, curvature, start=0.0):
     prior = Prior(LEVELS, ONE)
     full = torch.eye(4, dtype=torch.float64)
     full[0, 0] = curvature
-    bowl = Bowl(SimpleNamespace(axes=1), None, prior, lambda _: full, passes.append, shape)
+    bowl = Bowl(
+        SimpleNamespace(axes=1), None, prior, lambda _: full, lambda point, _: passes.append(point), shape
+    )
     state = torch.zeros(1, 1, dtype=torch.float64)
     point = bowl.at(torch.tensor([start], dtype=torch.float64), LEVELS, state)
     return bowl, bowl.train(point), passes
@@ -105,7 +107,7 @@ def test_a_loss_that_only_rises_is_never_called_settled():
 
     full = torch.diag(torch.tensor([1.0, 1.0, 1.0, 1.0], dtype=torch.float64))
     bowl = Misled(
-        SimpleNamespace(axes=1), None, Prior(LEVELS, ONE), lambda _: full, lambda _: None, lambda x: 2 * x**2
+        SimpleNamespace(axes=1), None, Prior(LEVELS, ONE), lambda _: full, lambda *_: None, lambda x: 2 * x**2
     )
     start = bowl.at(torch.tensor([1.0], dtype=torch.float64), LEVELS, torch.zeros(1, 1, dtype=torch.float64))
     trained = bowl.train(start)

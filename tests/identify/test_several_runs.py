@@ -18,7 +18,7 @@ from identify.estimators.filter.state import VELOCITY
 from identify.estimators.filter.transitions import transitions
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.axis import FORCES
-from identify.estimators.likelihood.priors import likelihood_of, rigid_mass
+from identify.estimators.likelihood.priors import likelihood_of
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
 from identify.estimators.missing_forces.forms import Kind
 from identify.estimators.missing_forces.screening import Lack
@@ -92,7 +92,7 @@ def survey():
 
 def problems(drawn, dive):
     shape = drawn.file.vehicle.configurations[drawn.configuration]
-    masses = np.array([1.4 * rigid_mass(shape, dof) for dof in range(6)])
+    masses = np.array([1.4 * shape.rigid_body(dof)[0] for dof in range(6)])
     axes = build_axes(dive, drawn.file, drawn.configuration).axes
     return {axis.dof: likelihood_of(axis, shape, masses, ()) for axis in axes}
 

@@ -5,16 +5,15 @@ from dataclasses import replace
 import closed_loop
 import numpy as np
 import pytest
-from fitted import gaussian
+from fitted import gaussian, weigh
 
 from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood import fit as starts
 from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, MASS, TIME_CONSTANT
 from identify.estimators.likelihood.fit import regressed, rough_maximum
 from identify.estimators.likelihood.intervals import integrated, stretches
-from identify.estimators.likelihood.joint import alone
 from identify.estimators.likelihood.priors import likelihood_of
-from identify.estimators.likelihood.scoring import Maximum, climb, log_posterior, weigh
+from identify.estimators.likelihood.scoring import Maximum, climb, log_posterior
 from identify.statistics import Z95
 
 SHAPE = closed_loop.vehicle_file().vehicle.configurations["only"]
@@ -52,13 +51,13 @@ def test_a_regression_of_nonsense_starts_at_the_end_of_what_is_believed():
 
 def test_the_likelier_of_two_summits_is_taken_whichever_start_leads_there(monkeypatch):
     surge = problem()
-    best = climb(surge, surge.prior_mean, 0.5, alone)
+    best = climb(surge, surge.prior_mean, 0.5)
 
-    def misled(of, start, enough, score):
+    def misled(of, start, enough):
         """A climb that sticks where it starts from the prior's mean."""
         if np.array_equal(start, surge.prior_mean):
             return Maximum(start, log_posterior(of, start), best.information, best.precision, 1, True)
-        return climb(of, start, enough, score)
+        return climb(of, start, enough)
 
     monkeypatch.setattr(starts, "climb", misled)
     summit = rough_maximum(surge, 72.0, {})
@@ -68,10 +67,10 @@ def test_the_likelier_of_two_summits_is_taken_whichever_start_leads_there(monkey
 def test_a_start_without_a_solution_leaves_the_other(monkeypatch):
     surge = problem()
 
-    def failing(of, start, enough, score):
+    def failing(of, start, enough):
         if np.array_equal(start, surge.prior_mean):
             raise np.linalg.LinAlgError
-        return climb(of, start, enough, score)
+        return climb(of, start, enough)
 
     monkeypatch.setattr(starts, "climb", failing)
     assert np.exp(rough_maximum(surge, 72.0, {}).theta[MASS]) == pytest.approx(closed_loop.MASS, rel=0.05)
@@ -85,9 +84,9 @@ def test_the_files_model_is_the_start_where_it_is_likelier_than_regression(monke
     seen = []
     monkeypatch.setattr(starts, "regressed", lambda *_: surge.prior_mean - 1.0)
 
-    def watched(of, start, enough, score):
+    def watched(of, start, enough):
         seen.append(start)
-        return climb(of, start, enough, score)
+        return climb(of, start, enough)
 
     monkeypatch.setattr(starts, "climb", watched)
     rough_maximum(surge, 72.0, {"M_u": closed_loop.MASS, "D_u": closed_loop.DAMPING})

@@ -18,7 +18,6 @@ from identify.estimators.axes.motion import Motion
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.axis import DAMPING
 from identify.estimators.likelihood.fit import fit_axes
-from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.likelihood.scoring import climb
 from identify.estimators.missing_forces.drag_and_timing import Force, doubts_of, with_forces
 from identify.estimators.missing_forces.forms import Forms, Kind
@@ -171,8 +170,8 @@ def test_a_step_of_scoring_goes_the_way_of_the_fit_with_the_force_and_no_less_fa
     (lack,) = lacks_of(fit.joint, fit.theta, built, dive, (), doubts_of(fit.joint, fit.theta))
     wider = with_forces(fit.joint, fit.theta, [Force(SURGE, lack.shape)])
     change, looser = wider.included()
-    before = climb(fit.joint, fit.theta, score=JointLikelihood.score)
-    after = climb(wider.problem, wider.start, score=JointLikelihood.score)
+    before = climb(fit.joint, fit.theta)
+    after = climb(wider.problem, wider.start)
     std = np.sqrt(np.diag(np.linalg.inv(before.precision)))
     with_force = np.sqrt(
         np.diag(np.linalg.inv(wider.problem.score(wider.start)[1] + np.diag(wider.problem.prior_precision)))

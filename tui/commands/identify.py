@@ -102,7 +102,9 @@ def page_of(results: Sequence[Identified], curves: "Mapping[str, TrainingCurves]
     """Return the report of dives, with the paper's training curves by dive."""
     from identify.report.identification import identification_report  # loads matplotlib
 
-    return identification_report(results, curves)
+    return identification_report(
+        results, {dive: dict(zip(of.names, of.values.T, strict=True)) for dive, of in curves.items()}
+    )
 
 
 def methods_of(argument: str | None) -> tuple[str, ...]:

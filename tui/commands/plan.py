@@ -24,6 +24,7 @@ from identify.planning.writing import (
     mission_text,
     needs,
     notes,
+    to_json,
 )
 from identify.progress import Steps
 from identify.run.plan import after_dive, after_identification, before_dives, plan
@@ -48,8 +49,8 @@ def run(arguments: argparse.Namespace) -> int:
     with show.steps("plan") as progress:
         tank, changes = _tank(file, arguments.after, arguments.columns, progress)
         aim = (arguments.to or 0.0) / 100 / Z95
-        planned = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aim)
-    proposal, knowledge, configuration = planned.proposal, tank.knowledge, tank.configuration_name
+        proposal = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aim)
+    knowledge, configuration = tank.knowledge, tank.configuration_name
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
     name = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
     words = ("seatrial", "simulate", "--vehicle", name, "--mission", arguments.out)
@@ -65,7 +66,8 @@ def run(arguments: argparse.Namespace) -> int:
         )
         mission = arguments.out if kept else None
         files.json(
-            {**planned.to_json(), "after": arguments.after, "mission": mission, "notes": list(remarks)},
+            to_json(proposal, tank, limits)
+            | {"after": arguments.after, "mission": mission, "notes": list(remarks)},
             arguments.json,
         )
         console = show.results(arguments.json)

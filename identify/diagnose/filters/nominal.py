@@ -284,7 +284,7 @@ def _maximised(
     Outliers are dropped, except in `filtered` degrees of freedom, where a large residual is due to the model.
     """
     for _ in range(passes):
-        theta = climb(joint, theta, ROUGHLY, JointLikelihood.score).theta
+        theta = climb(joint, theta, ROUGHLY).theta
         joint, theta = _alike(joint, theta, filtered)
         better = joint.with_better_forces(motion, theta)
         problems = tuple(
@@ -292,7 +292,7 @@ def _maximised(
             for new, old in zip(better.problems, joint.problems, strict=True)
         )
         joint = replace(better, problems=problems)
-    maximum = climb(joint, theta, NEARLY, JointLikelihood.score)
+    maximum = climb(joint, theta, NEARLY)
     return joint, maximum.theta, maximum.log_likelihood + _log_likelihood_of_dropped(joint, maximum.theta)
 
 
@@ -374,7 +374,7 @@ def _without_acts(
         before_filter=near.before_filter - faster(0.0),
         coriolis=near.coriolis,
     )
-    return replace(problem, axis=axis, reading=reading).reshaped()
+    return replace(problem, reading=reading).with_axis(axis)
 
 
 def _smoothed(joint: JointLikelihood, theta: Array, motion: Motion) -> Motion:

@@ -18,7 +18,6 @@ from bridge.arrays import Array
 from identify.diagnose.filters.nominal import NEARLY, Nominal
 from identify.diagnose.filters.regression import LEVELLED
 from identify.estimators.likelihood.axis import TIME_CONSTANT, AxisLikelihood
-from identify.estimators.likelihood.joint import alone
 from identify.estimators.likelihood.priors import SECOND_POLE
 from identify.estimators.likelihood.scoring import climb
 
@@ -114,12 +113,12 @@ def slow_forces(now: Nominal) -> tuple[Slow, ...]:
 
 
 def _slow(problem: AxisLikelihood, theta: Array, now: Nominal, sea: Sea) -> Slow:
-    free = climb(problem, theta, NEARLY, alone).theta
+    free = climb(problem, theta, NEARLY).theta
     mean, precision, start = problem.prior_mean.copy(), problem.prior_precision.copy(), theta.copy()
     memory = [TIME_CONSTANT, -1]
     mean[memory] = start[memory] = np.log(SLOWER * sea.memory_s), sea.evenness
     precision[memory] = HELD
-    held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY, alone).theta
+    held = climb(replace(problem, prior_mean=mean, prior_precision=precision), start, NEARLY).theta
     gain = problem.log_likelihood(free) - problem.log_likelihood(held)
     return Slow(problem.axis.dof, _disturbance(problem, free, now), gain)
 

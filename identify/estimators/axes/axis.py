@@ -1,6 +1,6 @@
 """An axis as its filter sees it: the events of one degree of freedom, and the forces in the steps between them."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +10,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import COEFFICIENTS, PITCH, ROLL
 from identify.dive import STAMPED_S
 from identify.estimators.axes.events import Events
-from identify.estimators.axes.motion import NO_MOTION, Motion
+from identify.estimators.axes.motion import Motion
 from identify.estimators.timing.lateness import (
     LATER_S,
     Timing,
@@ -147,10 +147,10 @@ class Axes:
     axes: tuple[Axis, ...]
     missing: dict[int, str]
     notes: tuple[str, ...]
-    strange: str = ""
-    motion: Motion = NO_MOTION
-    restoring: dict[int, Array] = field(default_factory=dict)
-    unpushed: dict[int, str] = field(default_factory=dict)
+    strange: str
+    motion: Motion
+    restoring: dict[int, Array]
+    unpushed: dict[int, str]
 
     @property
     def pushed(self) -> tuple[int, ...]:

@@ -50,9 +50,6 @@ class Motion:
         return np.asarray(np.where(span_s > 0, area / np.where(span_s > 0, span_s, 1.0), 0.0))
 
 
-NO_MOTION = Motion(np.zeros(0), np.zeros((0, 6)))
-
-
 def interpolated(at_s: Array, time_s: Array, values: Array, breaks_s: Array) -> Array:
     """Linear interpolation (m,) of values (n,) at rising times, constant beyond the ends of each run between breaks.
 

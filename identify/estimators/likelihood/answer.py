@@ -19,7 +19,7 @@ from identify import nuisance
 from identify.checks.actuation.controller import unrecorded
 from identify.checks.fit.thrust_timing import lateness_note
 from identify.dive import Dive, Signal
-from identify.doubt import Doubt
+from identify.doubt import Doubt, coefficients_of
 from identify.estimators.answer import Fitted, answer_of, unsettled_doubt
 from identify.estimators.axes.axis import Axes
 from identify.estimators.filter.state import POSITION
@@ -27,7 +27,6 @@ from identify.estimators.likelihood.axis import DISTURBANCE, FORCES, TIME_CONSTA
 from identify.estimators.likelihood.fit import JointFit, fit_axes
 from identify.estimators.mass_by_run import kinds_of_runs
 from identify.estimators.missing_forces.drag_and_timing import Doubts, doubts_of
-from identify.estimators.refusals import long_enough
 from identify.estimators.timing.autopilot_velocity import shared_axes
 from identify.estimators.timing.thrust_delay import with_delay
 from identify.identification import Estimate, Identification, Information
@@ -53,7 +52,6 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began_s = time.perf_counter()
-    long_enough(dive)
     axes = shared_axes(dive, file, configuration_name)
     built = axes.value
     configuration = file.vehicle.configurations[configuration_name]
@@ -182,7 +180,7 @@ def _usual_speed(fit: AxisFit) -> float:
 def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
     doubts = [
         Doubt(
-            (MASSES[dof].name, DAMPINGS[dof].name),
+            coefficients_of([dof]),
             f"The dive is too short to tell how slowly what disturbs {DOFS[dof]} changes, within a factor of "
             f"{np.exp(Z95 * spread):.1f}",
             f"the intervals in {DOFS[dof]} may be too narrow; dive longer.",
@@ -191,8 +189,7 @@ def _doubts(fits: Mapping[int, AxisFit], stopped_at: str) -> tuple[Doubt, ...]:
         if (spread := float(np.sqrt(fit.covariance[TIME_CONSTANT, TIME_CONSTANT]))) > VAGUE_TIME_CONSTANT
     ]
     if stopped_at:
-        names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fits)
-        doubts.append(unsettled_doubt(names, "all axes", stopped_at))
+        doubts.append(unsettled_doubt(fits, "all axes", stopped_at))
     return tuple(doubts)
 
 

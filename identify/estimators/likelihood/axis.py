@@ -10,8 +10,6 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.config import Damping
 from identify.estimators.axes.axis import Axis, Brackets
-from identify.estimators.axes.forces import coupled
-from identify.estimators.axes.motion import Motion
 from identify.estimators.filter.information import STEP, gradient_and_information
 from identify.estimators.filter.innovations import (
     filtered_means,
@@ -64,15 +62,6 @@ class AxisLikelihood:
     difference: Array
     word: tuple[float, float] = (0.0, 0.0)
     damped: Damping = "linear"
-
-    def innovations(self, theta: Array) -> tuple[Array, Array]:
-        """Innovations and variances of the readings; the last entry is the difference between the mass and the
-        estimate in `word`."""
-        error, variance = self.filtered(theta, np.inf)
-        read = np.isfinite(self.reading)
-        mean, precision = self.word
-        off = (np.exp(theta[MASS]) - mean) * np.sqrt(precision)
-        return np.append(error[read], off), np.append(variance[read], 1.0)
 
     def log_likelihood(self, theta: Array) -> float:
         """Log likelihood of the readings and of the estimate in `word`, up to a constant."""
@@ -208,18 +197,11 @@ class AxisLikelihood:
         speed, before_filter = self.expected_speeds(theta)
         if not np.max(np.abs(speed)) < RUNAWAY:
             raise np.linalg.LinAlgError("the speeds that are expected from there run away")
-        axis = replace(self.axis, speed=speed, before_filter=before_filter)
-        return replace(self, axis=axis, shapes=shapes_of(axis, self.unmeasured, self.damped))
+        return self.with_axis(replace(self.axis, speed=speed, before_filter=before_filter))
 
-    def moving(self, motion: Motion, speed: Array, before_filter: Array) -> "AxisLikelihood":
-        """Return the same problem with the Coriolis forces of another motion, and the drag of its own speed (n,),
-        shown and before an autopilot's filter."""
-        axis = replace(coupled(self.axis, motion), speed=speed, before_filter=before_filter)
+    def with_axis(self, axis: Axis) -> "AxisLikelihood":
+        """Return the same problem of another axis, with the shapes of that."""
         return replace(self, axis=axis, shapes=shapes_of(axis, self.unmeasured, self.damped))
-
-    def reshaped(self) -> "AxisLikelihood":
-        """Return the same problem with the shapes recomputed from its axis."""
-        return replace(self, shapes=shapes_of(self.axis, self.unmeasured, self.damped))
 
     @property
     def noise_index(self) -> int:

@@ -16,8 +16,8 @@ from identify.estimators.axes.axis import Axes, Axis
 from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisFit, AxisLikelihood
 from identify.estimators.likelihood.intervals import integrated, knowledge_of, stretches
-from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, alone, coefficients
-from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of, rigid_mass
+from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, coefficients
+from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of
 from identify.estimators.likelihood.scoring import MOST_STEPS, Maximum, climb, log_posterior
 from identify.threads import shared, side_by_side
 
@@ -62,24 +62,26 @@ class Begun:
 
 def _begin(built: Axes, configuration: Configuration, feedback_unrecorded: tuple[int, ...]) -> Begun:
     """Fit each axis alone, then all roughly together; there is at least one axis."""
-    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
+    masses = np.array([MASS_RATIO * configuration.rigid_body(dof)[0] for dof in range(6)])
     unmeasured = sorted(set(range(6)) - {axis.dof for axis in built.axes})
 
     def begun(axis: Axis) -> tuple[AxisLikelihood, Array]:
         loose = sorted(set(range(6)) - {axis.dof}) if axis.dof in feedback_unrecorded else unmeasured
         problem = likelihood_of(axis, configuration, masses, loose, configuration.damping)
-        theta = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model).theta.copy()
+        theta = rough_maximum(
+            problem, configuration.rigid_body(axis.dof)[0], configuration.model
+        ).theta.copy()
         if configuration.damping != "linear":
             # The measured speed contains the readings that it is to explain, so the drag made of it comes out too
             # small.
             problem = problem.slowed(theta)
             theta[problem.quadratic_index] = problem.prior_mean[problem.quadratic_index]
-            theta = climb(problem, theta, ROUGHLY, alone).theta
+            theta = climb(problem, theta, ROUGHLY).theta
         return problem, theta
 
     problems, thetas = zip(*side_by_side(begun, built.axes, lambda axis: len(axis.reading)), strict=True)
     joint = _joined(problems, feedback_unrecorded)
-    return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY, JointLikelihood.score))
+    return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY))
 
 
 rough_fit = shared(_begin)
@@ -113,7 +115,7 @@ def fit_axes(
         before = maximum.theta
         joint = joint.with_better_forces(built.motion, before)
         joint = joint.with_others_word(before, np.asarray(np.linalg.inv(maximum.precision), np.float64))
-        maximum = climb(joint, before, score=JointLikelihood.score)
+        maximum = climb(joint, before)
         std = np.sqrt(np.diag(np.linalg.inv(maximum.precision)))
         moved = np.abs(maximum.theta - before) / std
         kept = coefficients(joint)[1]
@@ -162,10 +164,15 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> J
         if at in known.stretch:
             stretch[row] = known.stretch[at]
         elif row == dof and dof in joint.apart:
-            stretch[row] = stretches(joint, maximum.theta, at, JointLikelihood.score)
+            stretch[row] = stretches(joint, maximum.theta, at)
         else:
             stretch[row] = stretches(fits[dof].problem, fits[dof].maximum.theta, at - starts[dof])
-    information = _projected(joint, maximum.information)
+    told = [
+        at
+        for of_axis, mass in zip(joint.slices, joint.mass_indices, strict=True)
+        for at in (mass, of_axis.start + DAMPING, of_axis.start + FORCES)
+    ]
+    information = joint.projected(maximum.information, np.array(told))
     return JointFit(fits, log_value, covariance, stretch, information, stopped_at, joint, maximum.theta)
 
 
@@ -189,27 +196,13 @@ def axis_fits(joint: JointLikelihood, maximum: Maximum) -> dict[int, AxisFit]:
 def _with_others_word(problem: AxisLikelihood, maximum: Maximum) -> AxisLikelihood:
     """The axis's likelihood with the other axes' estimate of its mass, chosen so that its maximum, too, lies at
     `own`."""
-    gradient, information = alone(problem, maximum.theta)
+    gradient, information = problem.score(maximum.theta)
     mass, prior = float(np.exp(maximum.theta[MASS])), problem.prior_precision[MASS]
     precision = max(float(maximum.information[MASS, MASS] - information[MASS, MASS]), 0.0) / mass**2
     if precision == 0.0:
         return problem
     pull = prior * (maximum.theta[MASS] - problem.prior_mean[MASS]) - gradient[MASS]
     return replace(problem, word=(mass + float(pull) / (mass * precision), precision))
-
-
-def _projected(joint: JointLikelihood, information: Array) -> Array:
-    kept = np.array(
-        [
-            at
-            for of_axis, mass in zip(joint.slices, joint.mass_indices, strict=True)
-            for at in (mass, of_axis.start + DAMPING, of_axis.start + FORCES)
-        ]
-    )
-    others = np.setdiff1d(np.arange(len(information)), kept)
-    nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
-    cross = information[np.ix_(kept, others)]
-    return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
 
 
 WINDOW_S = 1.0
@@ -236,7 +229,7 @@ def rough_maximum(
     maxima: list[Maximum] = []
     for theta in (problem.prior_mean, nearer):
         try:
-            maxima.append(climb(problem, theta, enough, alone))
+            maxima.append(climb(problem, theta, enough))
         except np.linalg.LinAlgError:
             continue
     if not maxima:

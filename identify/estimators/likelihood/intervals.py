@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, TIME_CONSTANT
-from identify.estimators.likelihood.joint import JointLikelihood, alone
-from identify.estimators.likelihood.scoring import Maximum, Problem, Score, climb, log_posterior
+from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.likelihood.scoring import Maximum, Problem, climb, log_posterior
 from identify.statistics import Z95
 
 LARGEST_SHIFT = 1.0
@@ -128,31 +128,31 @@ class Pinned:
         precision[self.index] = PIN
         return precision
 
-    def innovations(self, theta: Array) -> tuple[Array, Array]:
-        return self.problem.innovations(theta)
-
     def log_likelihood(self, theta: Array) -> float:
         return self.problem.log_likelihood(theta)
 
+    def score(self, theta: Array) -> tuple[Array, Array]:
+        return self.problem.score(theta)
 
-def stretches(problem: Problem, maximum: Array, index: int, score: Score = alone) -> tuple[float, float]:
+
+def stretches(problem: Problem, maximum: Array, index: int) -> tuple[float, float]:
     """Factors on the lower and the upper half of a parameter's interval.
 
     `maximum` (p,) is the maximum of the posterior.
     """
-    _, information = score(problem, maximum)
+    _, information = problem.score(maximum)
     covariance = np.linalg.inv(information + np.diag(problem.prior_precision))
     std = float(np.sqrt(covariance[index, index]))
     step: Array = np.asarray(Z95 * covariance[:, index] / std, dtype=np.float64)
     top = float(log_posterior(problem, maximum))
     way = _searched if LOOSE < std < HOPELESS else _stretch
-    below, above = (way(problem, maximum, sign * step, index, top, score) for sign in (-1.0, 1.0))
+    below, above = (way(problem, maximum, sign * step, index, top) for sign in (-1.0, 1.0))
     return below, above
 
 
-def _stretch(problem: Problem, maximum: Array, step: Array, index: int, top: float, score: Score) -> float:
+def _stretch(problem: Problem, maximum: Array, step: Array, index: int, top: float) -> float:
     end = maximum + step
-    gradient, information = score(problem, end)
+    gradient, information = problem.score(end)
     others = np.arange(len(end)) != index
     slope = (gradient - problem.prior_precision * (end - problem.prior_mean))[others]
     precision = (information + np.diag(problem.prior_precision))[np.ix_(others, others)]
@@ -164,12 +164,12 @@ def _stretch(problem: Problem, maximum: Array, step: Array, index: int, top: flo
     return float(np.clip(Z95 / np.sqrt(2.0 * fallen + 1e-12), NEAREST, FURTHEST))
 
 
-def _searched(problem: Problem, maximum: Array, step: Array, index: int, top: float, score: Score) -> float:
+def _searched(problem: Problem, maximum: Array, step: Array, index: int, top: float) -> float:
     def root_of_fall(far: float) -> float:
         """Root of twice the fall at `far` times the distance of the parabola's end: 1.96 `far` on a parabola."""
         end = maximum + far * step
         held = Pinned(problem, index, float(end[index]))
-        best = climb(held, end, NEARLY, lambda _, theta: score(problem, theta)).theta
+        best = climb(held, end, NEARLY).theta
         return float(np.sqrt(2.0 * max(top - log_posterior(problem, best), 0.0)))
 
     near, far = root_of_fall(1.0), root_of_fall(2.0)

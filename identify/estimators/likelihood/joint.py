@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import PITCH, ROLL
+from identify.estimators.axes.forces import coupled
 from identify.estimators.axes.motion import Motion
 from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
 from identify.threads import side_by_side
@@ -32,7 +33,7 @@ ROUGHLY = 0.5
 
 @dataclass(frozen=True)
 class JointLikelihood:
-    """The `scoring.Problem` of all axes, with their theta and their innovations concatenated.
+    """The `scoring.Problem` of all axes, with their theta concatenated.
 
     After them, theta holds the log masses of the degrees of freedom `apart`, as determined by the other axes'
     Coriolis forces; the mass in such an axis's own theta is used in its own equation alone. apart_prior (k, 2): mean
@@ -97,13 +98,6 @@ class JointLikelihood:
         masses = {p.axis.dof: theta[MASS] for p, theta in zip(self.problems, thetas, strict=True)}
         return np.concatenate([*thetas, [masses[dof] for dof in self.apart]])
 
-    def innovations(self, theta: Array) -> tuple[Array, Array]:
-        problems, slices = self.at(theta), self.slices
-        pairs = side_by_side(
-            lambda i: problems[i].innovations(theta[slices[i]]), range(len(slices)), self._readings
-        )
-        return np.concatenate([e for e, _ in pairs]), np.concatenate([s for _, s in pairs])
-
     def log_likelihood(self, theta: Array) -> float:
         """Log likelihood of all axes' readings, up to a constant."""
         problems, slices = self.at(theta), self.slices
@@ -148,6 +142,14 @@ class JointLikelihood:
         """Whether the Coriolis forces of an axis tell no mass."""
         return self.in_waves and problem.axis.dof in (ROLL, PITCH)
 
+    def projected(self, information: Array, kept: NDArray[np.intp]) -> Array:
+        """Information (k, k) of the parameters with the indices `kept` (k,), all others and their priors projected
+        out."""
+        others = np.setdiff1d(np.arange(len(information)), kept)
+        nuisance = information[np.ix_(others, others)] + np.diag(self.prior_precision[others])
+        cross = information[np.ix_(kept, others)]
+        return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
+
     def with_others_word(self, theta: Array, covariance: Array) -> "JointLikelihood":
         """Return the same likelihood with the prior of each own mass in an axis `apart` taken from the other axes'
         Coriolis forces at theta."""
@@ -180,17 +182,15 @@ class JointLikelihood:
             # Move half of the way: the full change overshoots, and the passes would oscillate about their limit.
             axis = problems[i].axis
             speed, before_filter = problems[i].expected_speeds(parameters[i])
-            moving = problems[i].moving(
-                better, 0.5 * (axis.speed + speed), 0.5 * (axis.before_filter + before_filter)
+            moving = replace(
+                coupled(axis, better),
+                speed=0.5 * (axis.speed + speed),
+                before_filter=0.5 * (axis.before_filter + before_filter),
             )
-            return replace(moving, reading=problems[i].without_spikes(parameters[i]))
+            reading = problems[i].without_spikes(parameters[i])
+            return replace(problems[i].with_axis(moving), reading=reading)
 
         return replace(self, problems=tuple(side_by_side(moved, range(len(parameters)), self._readings)))
-
-
-def alone(problem: AxisLikelihood, theta: Array) -> tuple[Array, Array]:
-    """The score of one axis."""
-    return problem.score(theta)
 
 
 def coefficients(joint: JointLikelihood) -> tuple[list[int], list[int]]:

@@ -47,11 +47,6 @@ NO_DAMPING = 1e-3
 """Linear damping of a hull whose model has none, as a share of the rigid body's mass or inertia."""
 
 
-def rigid_mass(configuration: Configuration, dof: int) -> float:
-    """Dry mass or rigid-body inertia of a degree of freedom, kg or kg m2."""
-    return configuration.dry_mass_kg if dof < 3 else configuration.inertia_kgm2[dof - 3]
-
-
 def likelihood_of(
     axis: Axis,
     configuration: Configuration,
@@ -64,13 +59,13 @@ def likelihood_of(
 
     The error of an `unmeasured` axis's mass becomes a factor to fit, if its force is noticeable in this axis.
     """
-    rigid = rigid_mass(configuration, axis.dof)
+    rigid = configuration.rigid_body(axis.dof)[0]
     disturbance = DISTURBANCE_SHARE * rigid
     trim = max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if axis.dof < 3 else 0.2), 1e-3)
     width = [trim] * axis.trims
     loose = []
     for dof in unmeasured:
-        spread = UNMEASURED_SHARE * rigid_mass(configuration, dof)
+        spread = UNMEASURED_SHARE * configuration.rigid_body(dof)[0]
         if spread * np.std(axis.coriolis[:, dof]) > NOTICEABLE * disturbance:
             loose.append(dof)
             width.append(spread)

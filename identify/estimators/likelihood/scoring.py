@@ -7,7 +7,7 @@ For innovations e with variance S (Gupta and Mehra 1974, IEEE TAC 19(6), eqs 27 
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Protocol
 
 import numpy as np
 
@@ -31,7 +31,7 @@ class Problem(Protocol):
 
     @property
     def difference(self) -> Array:
-        """Half-width (p,) of the central difference in each parameter."""
+        """A small change (p,) of each parameter, in which steps are measured."""
         ...
 
     @property
@@ -44,16 +44,13 @@ class Problem(Protocol):
         """One over the prior's variance, (p,); 0 for no prior."""
         ...
 
-    def innovations(self, theta: Array) -> tuple[Array, Array]:
-        """Innovations and their variances, (n,) each, no NaN."""
-        ...
-
     def log_likelihood(self, theta: Array) -> float:
         """Log likelihood, without constants; -inf if rounding has spoilt a variance."""
         ...
 
-
-Score = Callable[[Any, Array], tuple[Array, Array]]
+    def score(self, theta: Array) -> tuple[Array, Array]:
+        """Gradient (p,) of the log likelihood, and information (p, p)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -74,16 +71,11 @@ def log_posterior(problem: Problem, theta: Array) -> float:
     return problem.log_likelihood(theta) - 0.5 * float(np.sum(problem.prior_precision * off**2))
 
 
-def score(problem: Problem, theta: Array) -> tuple[Array, Array]:
-    """Gradient of log L (p,) and information (p, p) at theta, by central differences."""
-    e, s = problem.innovations(theta)
-    return weigh(e, s, *slopes(problem.innovations, theta, problem.difference, range(len(theta))))
-
-
 def slopes(
     innovations: Callable[[Array], tuple[Array, Array]], theta: Array, difference: Array, of: Iterable[int]
 ) -> tuple[Array, Array]:
-    """Derivatives of the innovations and of their variances by the parameters with indices `of`, (k, n) each."""
+    """Derivatives of innovations and of their variances by the parameters with indices `of`, (k, n) each, by central
+    differences."""
     de, ds = [], []
     for i in of:
         h, moved = difference[i], theta.copy()
@@ -96,17 +88,7 @@ def slopes(
     return np.array(de), np.array(ds)
 
 
-def weigh(e: Array, s: Array, de: Array, ds: Array) -> tuple[Array, Array]:
-    """Gradient (p,) and information (p, p) from innovations and variances (n,) and their derivatives (p, n)."""
-    root = np.sqrt(s)
-    slope, widening, whitened = de / root, ds / s, e / root
-    gradient = -(slope @ whitened) - 0.5 * (widening @ (1.0 - whitened**2))
-    return gradient, slope @ slope.T + 0.5 * widening @ widening.T
-
-
-def climb(
-    problem: Problem, start: Array, enough: float = ENOUGH, score: Score = score, least: float = -np.inf
-) -> Maximum:
+def climb(problem: Problem, start: Array, enough: float = ENOUGH, least: float = -np.inf) -> Maximum:
     """Climb to the maximum of the posterior from `start`; converged when a step gains less than `enough` nats.
 
     A climb that twice the gain foretold at a step would not bring up to `least` ends there, not converged.
@@ -118,7 +100,7 @@ def climb(
     damping = 1e-3
     prior = np.diag(problem.prior_precision)
     for step in range(1, MOST_STEPS + 1):
-        gradient, information = score(problem, theta)
+        gradient, information = problem.score(theta)
         gradient = gradient - problem.prior_precision * (theta - problem.prior_mean)
         precision = information + prior
         if not np.isfinite(precision).all():

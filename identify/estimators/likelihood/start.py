@@ -66,12 +66,7 @@ class StartFit:
         as `StartValues.row`; all other parameters of the filters are projected out."""
         theta = self._theta(at)
         joint = self.joint.with_better_forces(self.built.motion, theta)
-        _, information = joint.score(theta)
-        kept = self._indices()
-        others = np.setdiff1d(np.arange(len(theta)), kept)
-        nuisance = information[np.ix_(others, others)] + np.diag(joint.prior_precision[others])
-        cross = information[np.ix_(kept, others)]
-        return np.asarray(information[np.ix_(kept, kept)] - cross @ np.linalg.solve(nuisance, cross.T))
+        return joint.projected(joint.score(theta)[1], self._indices())
 
     def near(self, at: StartValues) -> "StartFit":
         """The filters at these coefficients, with the Coriolis forces of the velocities there. Noise levels stay the
@@ -90,7 +85,7 @@ class StartFit:
         out = np.ones((len(std), 2))
         loose = np.flatnonzero((std > LOOSE) & (std < HOPELESS))
         if len(loose):
-            maximum = climb(self.joint, self.theta, NEAR, JointLikelihood.score)
+            maximum = climb(self.joint, self.theta, NEAR)
             fits = list(axis_fits(self.joint, maximum).values())
             for row in loose.tolist():
                 kind, axis = divmod(row, len(fits))
@@ -124,7 +119,7 @@ def start_of(built: Axes, configuration: Configuration) -> StartFit:
     begun = rough_fit(built, configuration, ())
     theta = begun.value.maximum.theta
     joint = begun.value.joint.with_better_forces(built.motion, theta)
-    theta = climb(joint, theta, NEAR, JointLikelihood.score).theta
+    theta = climb(joint, theta, NEAR).theta
     return StartFit(built, joint, _values(joint, theta), theta)
 
 

@@ -57,12 +57,15 @@ class Wider:
     start: Array
     indices: tuple[int, ...]
 
-    def tested(self) -> tuple[Multiplier, ...]:
-        """Test each of the forces, as if only that force were missing."""
+    def slope(self) -> tuple[Array, Array]:
+        """Gradient (q,) and information (q, q) at the start, with those of the priors."""
         gradient, information = self.problem.score(self.start)
         prior = self.problem.prior_precision
-        gradient = gradient - prior * (self.start - self.problem.prior_mean)
-        information = information + np.diag(prior)
+        return gradient - prior * (self.start - self.problem.prior_mean), information + np.diag(prior)
+
+    def tested(self) -> tuple[Multiplier, ...]:
+        """Test each of the forces, as if only that force were missing."""
+        gradient, information = self.slope()
         kept = self.kept
         cross = information[np.ix_(kept, np.array(self.indices))]
         fitted: Array = np.asarray(information[np.ix_(kept, kept)], dtype=np.float64)
@@ -79,12 +82,10 @@ class Wider:
     def included(self) -> tuple[Array, Array]:
         """Change of the fitted parameters (p,) if all the forces are included, by a step of scoring, and the factor
         (p,) on their standard errors."""
-        gradient, information = self.problem.score(self.start)
-        prior = self.problem.prior_precision
-        gradient = gradient - prior * (self.start - self.problem.prior_mean)
-        covariance: Array = np.asarray(np.linalg.pinv(information + np.diag(prior), hermitian=True))
+        gradient, information = self.slope()
+        covariance: Array = np.asarray(np.linalg.pinv(information, hermitian=True))
         kept = self.kept
-        narrow: Array = np.asarray(np.linalg.inv((information + np.diag(prior))[np.ix_(kept, kept)]))
+        narrow: Array = np.asarray(np.linalg.inv(information[np.ix_(kept, kept)]))
         change = (covariance @ gradient)[kept] - narrow @ gradient[kept]
         looser = np.sqrt(np.diag(covariance)[kept] / np.diag(narrow))
         return change, np.maximum(looser, 1.0)
@@ -293,7 +294,7 @@ def admitted(
     """
     if not lacking and not late:
         return replace(NOTHING, timing=timing)
-    without = climb(joint, theta, score=JointLikelihood.score)
+    without = climb(joint, theta)
     rows, indices = coefficients(joint)
     axes = {problem.axis.dof: problem.axis for problem in joint.problems}
     wider, at = Wider(joint, without.theta, ()), without.theta
@@ -301,8 +302,8 @@ def admitted(
     for _ in range(TURNS):
         before = coefficient
         lateness = [Force(dof, axes[dof].by_lateness(LATER_S + max(by_s, 0.0))) for dof, by_s in size.items()]
-        wider = with_forces(joint, without.theta, [*lateness, *_drag(wider.problem, at, lacking)])
-        maximum = climb(wider.problem, wider.start, score=JointLikelihood.score)
+        wider = with_forces(joint, without.theta, [*lateness, *lacking_drags(wider.problem, at, lacking)])
+        maximum = climb(wider.problem, wider.start)
         at, kept = maximum.theta, wider.kept
         size = dict(zip(size, at[list(wider.indices)].tolist(), strict=False))
         coefficient, variance = at[kept][indices], np.diag(np.linalg.inv(maximum.precision))[kept][indices]
@@ -315,8 +316,8 @@ def admitted(
     return Admitted(shift, looser, timing)
 
 
-def _drag(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:
-    """The missing drags at theta's speeds."""
+def lacking_drags(joint: JointLikelihood, theta: Array, lacking: Collection[int]) -> list[Force]:
+    """The missing drags of these degrees of freedom, at theta's speeds."""
     pairs = zip(joint.at(theta), joint.slices, strict=True)
     return [
         Force(problem.axis.dof, lacking_drag(problem, problem.speed(theta[of_axis])))

@@ -16,7 +16,6 @@ from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.missing_forces.drag_and_timing import doubts_of
 from identify.estimators.pinn.training import MOST_PASSES, Fit, fit_network
-from identify.estimators.refusals import long_enough
 from identify.estimators.timing.autopilot_velocity import shared_axes
 from identify.identification import Identification, Information
 from identify.nuisance import Nuisance
@@ -29,7 +28,6 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began_s = time.perf_counter()
-    long_enough(dive)
     axes = shared_axes(dive, file, configuration_name)
     built = axes.value
     fit = fit_network(dive, file, configuration_name, built, progress) if built.axes else None
@@ -76,8 +74,7 @@ def _information(fit: Fit) -> Information:
 def _unsettled(fit: Fit) -> tuple[Doubt, ...]:
     if fit.settled:
         return ()
-    names = tuple(group[dof].name for group in (MASSES, DAMPINGS) for dof in fit.layout.dofs)
-    return (unsettled_doubt(names, "the network", f"{MOST_PASSES} passes"),)
+    return (unsettled_doubt(fit.layout.dofs, "the network", f"{MOST_PASSES} passes"),)
 
 
 def _nuisance(fit: Fit) -> dict[Nuisance, float]:

@@ -9,20 +9,17 @@ the model is linear); without it a disturbance would be traded for mass. The los
 under the network's own uncertainty (Fisher's identity), which the selected inverse of the equations gives.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import torch
 from torch import Tensor
 
-from identify.estimators.pinn.layout import bending, by_coefficients
+from identify.estimators.pinn.layout import Data, bending, between, by_coefficients
 from identify.estimators.pinn.network import (
-    Data,
     Factor,
     Pull,
     Stretch,
-    between,
     expected_squares,
     factorise,
     first_precision,
@@ -40,26 +37,23 @@ from identify.estimators.pinn.parameters import Moments, Noise, Raw
 
 def by_raw(data: Data, map_: Raw, raw: Tensor, state: Tensor, pulled: Pull) -> Tensor:
     """Slopes (N, R, p) of the residuals `pulled` at `raw` and `state` in the raw parameters, with fixed variances."""
-    known, n, width = data.interval, data.axes, state.shape[1]
+    n, width = data.axes, state.shape[1]
     given, slope, owner = map_.coefficients(raw), map_.slope(raw), pulled.owner
     out = torch.zeros(*pulled.residual.shape, len(raw), dtype=state.dtype, device=state.device)
-    out[:, :n] = by_coefficients(known, given, state, pulled.balance) * slope
+    out[:, :n] = by_coefficients(data, given, state, pulled.balance) * slope
     # Positions and readings depend on mass: the velocity swings under the thrust and bends under the disturbance.
-    h = known.step_s[:, None].expand(-1, pulled.positions)
+    h = data.step_s[:, None].expand(-1, pulled.positions)
     rows = torch.arange(2 * n, len(owner), device=state.device)
     axis = owner[rows]
-    dof = torch.tensor(known.dofs, device=state.device)[axis]
+    dof = torch.tensor(data.dofs, device=state.device)[axis]
     mass = given.mass[dof]
     bent = torch.cat([-(h**2) / 12, data.bent], dim=1) / mass
-    swung = torch.cat([-0.5 * h, data.swung], dim=1) * known.swing[:, axis] / mass
+    swung = torch.cat([-0.5 * h, data.swung], dim=1) * data.swing[:, axis] / mass
     change = state[1:] - state[:-1]
-    in_mass = swung - bent * (change @ bending(known, given.damping, width)[axis].mT)
+    in_mass = swung - bent * (change @ bending(data, given.damping, width)[axis].mT)
     out[:, rows, dof] = -in_mass / mass * slope[dof]
     out[:, rows, 6 + axis] = bent * change[:, axis] * slope[6 + axis]
     return out * (pulled.known / pulled.std)[:, :, None]
-
-
-Columns = Callable[[Data, Tensor, Pull], Tensor]
 
 
 @dataclass(frozen=True)
@@ -81,30 +75,24 @@ class Equations:
     loss: float
 
 
-@dataclass(frozen=True)
-class Eliminated:
-    """Result of eliminating the state (N + 1, s). towards (N + 1, s, k): the state that absorbs each of k columns.
-    square (k, k): remainder of the columns' products. factor: of the matrix whose inverse is the state's covariance."""
-
-    towards: Tensor
-    square: Tensor
-    factor: Factor
-
-
 def eliminated(
-    data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, columns: Columns
-) -> Eliminated:
+    data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, others: list[int]
+) -> tuple[Tensor, Tensor, Factor]:
     """Eliminate the state from readings and physics, linearised near `state` (N + 1, s).
 
-    `columns` returns (N, R, k) for some intervals, their states and their pull; the first column is the residuals.
+    The k columns are the residuals, and their slopes in the masses `others`. Return the state (N + 1, s, k) that
+    absorbs each, the remainder (k, k) of their products, and the factor of the matrix whose inverse is the state's
+    covariance.
     """
-    first = first_precision(noise, len(data.interval.placed))
+    first = first_precision(noise, len(data.placed))
     nodes, width = state.shape
 
     def gathered(some: Stretch) -> tuple[Tensor, ...]:
         part, near = between(data, some.intervals), state[some.nodes]
         pulled = pull(part, map_, raw, near, noise)
-        asked = columns(part, near, pulled)
+        asked = pulled.residual[:, :, None]
+        if others:
+            asked = torch.cat([asked, by_raw(part, map_, raw, near, pulled)[:, :, others]], dim=2)
         before, after = pulled.before.mT, pulled.after.mT
         on = (before @ pulled.before, after @ pulled.after, before @ pulled.after)
         return *on, before @ asked, after @ asked, asked.flatten(0, 1).mT @ asked.flatten(0, 1)
@@ -126,63 +114,45 @@ def eliminated(
     towards = solve(factor, right)
     square = square - right.flatten(0, 1).mT @ towards.flatten(0, 1)
     square[0, 0] += (first * state[0] ** 2).sum()
-    return Eliminated(towards, square, factor)
+    return towards, square, factor
 
 
 def equations(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Equations:
     """Return the equations at `raw` (p,) and `noise`, linearised about `state` (N + 1, s)."""
-    others = [dof for dof in range(6) if dof not in data.interval.dofs]
-
-    def columns(some: Data, near: Tensor, pulled: Pull) -> Tensor:
-        residual = pulled.residual[:, :, None]
-        if not others:
-            return residual
-        return torch.cat([residual, by_raw(some, map_, raw, near, pulled)[:, :, others]], dim=2)
-
-    solution = eliminated(data, map_, raw, state, noise, columns)
-    on, adjacent = selected_inverse(solution.factor)
-    best = state - solution.towards[:, :, 0]
-    expected = _expected(data, map_, raw, best, noise, on, adjacent)
+    others = [dof for dof in range(6) if dof not in data.dofs]
+    towards, square, factor = eliminated(data, map_, raw, state, noise, others)
+    on, adjacent = selected_inverse(factor)
+    best = state - towards[:, :, 0]
+    loss, slope, sensor, wander = _expected(data, map_, raw, best, noise, on, adjacent)
     residual, tilt = map_.prior(raw)
     information = torch.zeros(6, 6, dtype=raw.dtype, device=raw.device)
-    information[np.ix_(others, others)] = solution.square[1:, 1:]
+    information[np.ix_(others, others)] = square[1:, 1:]
     squared, across = of_disturbance(best, on, adjacent, data.axes)
-    first = first_precision(noise, len(data.interval.placed))
+    first = first_precision(noise, len(data.placed))
     prior = (residual**2).sum() + (first * best[0] ** 2).sum() + 2 * noise.disturbance.log().sum()
     return Equations(
-        expected.slope + tilt * residual,
+        slope + tilt * residual,
         information,
         tilt,
         best,
         on,
-        Moments(expected.sensor, expected.wander, squared[:-1], across, squared[1:], squared[0]),
-        float(expected.loss + prior + solution.factor.log_det),
+        Moments(sensor, wander, squared[:-1], across, squared[1:], squared[0]),
+        float(loss + prior + factor.log_det),
     )
-
-
-@dataclass(frozen=True)
-class _Sums:
-    """Sums over all intervals. loss: the residuals' part of the loss at the best state; slope (p,) of half the
-    expected loss; sensor and wander of `Moments`."""
-
-    loss: Tensor
-    slope: Tensor
-    sensor: Tensor
-    wander: Tensor
 
 
 def _expected(
     data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise, on: Tensor, adjacent: Tensor
-) -> _Sums:
-    """The loss at the best state, and the slope of its expectation about that state, by automatic differentiation."""
+) -> list[Tensor]:
+    """Sums over all intervals: the residuals' part of the loss at the best state, the slope (p,) of half its
+    expectation about that state, by automatic differentiation, and sensor and wander of `Moments`."""
     half = torch.full((), 0.5, dtype=raw.dtype, device=raw.device)
 
     def sums(some: Stretch) -> tuple[Tensor, ...]:
         with torch.enable_grad():
             asked = raw.detach().clone().requires_grad_()
             there = pull(between(data, some.intervals), map_, asked, state[some.nodes], noise)
-            _, turned = stepped(there, data.axes)
-            cost = spent(there) - 2 * turned.sum()
+            cost = spent(there) - 2 * turned(there, data.axes).sum()
         hangs = (there.before, there.after, there.residual, cost)
         with torch.no_grad():
             squares, by_before, by_after = expected_squares(there, on[some.nodes], adjacent[some.intervals])
@@ -191,16 +161,16 @@ def _expected(
             return loss, slope, *shortfall(there, squares, data.axes)
 
     parts = worked(sums, stretches(len(adjacent), state.device))
-    return _Sums(*(torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)))
+    return [torch.stack(part).sum(dim=0) for part in zip(*parts, strict=True)]
 
 
-def stepped(pulled: Pull, n: int) -> tuple[Tensor, Tensor]:
-    """Slope (N, n, n) of the balances in the velocities after an interval, with angles and depth following along; and
-    the log determinant (N,) of balances and positions together."""
+def turned(pulled: Pull, n: int) -> Tensor:
+    """Log determinant (N,) of balances and positions together in the state after an interval: that of the balances in
+    the velocities, with angles and depth following along, and that of the positions."""
     after = pulled.balance.after
     x = after.shape[2] - 2 * n
     position = (pulled.after * pulled.std[:, :, None])[:, 2 * n : 2 * n + x]
     along = torch.linalg.solve(position[:, :, 2 * n :], position[:, :, :n])
     square = after[:, :, :n] - after[:, :, 2 * n :] @ along
-    value = torch.linalg.slogdet(square).logabsdet + torch.linalg.slogdet(position[:, :, 2 * n :]).logabsdet
-    return square, value
+    parts: list[Tensor] = [torch.linalg.slogdet(part).logabsdet for part in (square, position[:, :, 2 * n :])]
+    return parts[0] + parts[1]

@@ -9,7 +9,7 @@ Euler-Maclaurin correction for forces that differ between the ends. No velocity 
 harm. Each line is a polynomial, so its slopes are written out; a test checks them against automatic differentiation.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from itertools import pairwise
 from typing import Literal
@@ -34,7 +34,8 @@ MANY = 3
 
 @dataclass(frozen=True)
 class Readings:
-    """Readings of a channel, one per interval, as defined in `layout.Layout`: before, after (N, s), all else (N,)."""
+    """Readings of a channel, one per interval, as defined in `Layout`: before, after (N, s), all else (N,). Or of all
+    channels, with an axis C for them after N."""
 
     value: Array
     before: Array
@@ -137,13 +138,7 @@ class Layout:
     swing: Array
     others: Array
     stiffness: Array
-    value: Array
-    before: Array
-    after: Array
-    swung: Array
-    bent: Array
-    open: Array
-    scale: Array
+    read: Readings
     channel_axis: NDArray[np.int64]
     channel_name: tuple[str, ...]
     channel_reads: NDArray[np.int64]
@@ -180,10 +175,9 @@ def lay_out(dive: Dive, file: VehicleFile, configuration_name: str, built: Axes,
             integral = 2 * len(axes) + placed.index(i) if i in placed else -1
             columns.append(readings_in(axis, c, time_s, width, i, integral))
 
-    def stacked(part: str) -> Array:
-        return np.stack([getattr(column, part) for column in columns], axis=1)
-
-    value = stacked("value")
+    read = Readings(
+        *(np.stack([getattr(column, part.name) for column in columns], axis=1) for part in fields(Readings))
+    )
     return Layout(
         dofs,
         placed,
@@ -193,19 +187,13 @@ def lay_out(dive: Dive, file: VehicleFile, configuration_name: str, built: Axes,
         0.25 * np.diff(time_s)[:, None] * (halves[:, 0] - halves[:, 1]),
         others,
         np.array([axis.stiffness for axis in axes]),
-        value,
-        stacked("before"),
-        stacked("after"),
-        stacked("swung"),
-        stacked("bent"),
-        stacked("open"),
-        stacked("scale"),
+        read,
         np.array([i for i, _ in names]),
         tuple(channel.name for _, channel in names),
         np.array([channel.state_read for _, channel in names]),
         np.array([channel.noise for _, channel in names]),
         np.array([channel.noise_spread for _, channel in names]),
-        np.isfinite(value).sum(axis=0) / np.maximum(readings, 1),
+        np.isfinite(read.value).sum(axis=0) / np.maximum(readings, 1),
     )
 
 
@@ -281,17 +269,58 @@ class Coefficients:
 
 
 @dataclass(frozen=True)
-class Interval:
-    """Known quantities of the intervals, as tensors; see `layout.Layout`. forms: see `coriolis_forms`."""
+class Data:
+    """A `Layout` and its readings as tensors, and the forms of `coriolis_forms`. known (N, C): whether something was
+    read."""
 
     dofs: tuple[int, ...]
     placed: tuple[int, ...]
+    stiffness: Tensor
+    forms: Tensor
+    channel_axis: Tensor
     step_s: Tensor
     push: Tensor
     swing: Tensor
     others: Tensor
-    stiffness: Tensor
-    forms: Tensor
+    known: Tensor
+    value: Tensor
+    before: Tensor
+    after: Tensor
+    swung: Tensor
+    bent: Tensor
+    open: Tensor
+    scale: Tensor
+
+    @property
+    def axes(self) -> int:
+        return len(self.dofs)
+
+
+OF_INTERVALS = ("step_s", "push", "swing", "others", "known", *(each.name for each in fields(Readings)))
+"""What `Data` holds for every interval."""
+
+
+def data_of(layout: Layout, device: torch.device) -> Data:
+    """The layout on a device, in float64."""
+
+    def tensors(*all_values: NDArray[np.generic]) -> list[Tensor]:
+        return [torch.as_tensor(np.ascontiguousarray(values), device=device) for values in all_values]
+
+    read = layout.read
+    known = np.isfinite(read.value)
+    return Data(
+        layout.dofs,
+        layout.placed,
+        *tensors(layout.stiffness, coriolis_forms(), layout.channel_axis),
+        *tensors(layout.step_s, layout.push, layout.swing, layout.others),
+        *tensors(known, np.where(known, read.value, 0.0), read.before, read.after),
+        *tensors(read.swung, read.bent, read.open, read.scale),
+    )
+
+
+def between(data: Data, cut: slice) -> Data:
+    """The data of some of the intervals."""
+    return replace(data, **{name: getattr(data, name)[cut] for name in OF_INTERVALS})
 
 
 @dataclass(frozen=True)
@@ -312,30 +341,30 @@ class Balance:
     swung: Tensor
 
 
-def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
+def balance(data: Data, given: Coefficients, state: Tensor) -> Balance:
     """Momentum balance of every interval; `state` (N + 1, s)."""
-    axes, n, width = list(known.dofs), len(known.dofs), state.shape[1]
-    first, second, h = state[:-1], state[1:], known.step_s[:, None]
+    axes, n, width = list(data.dofs), len(data.dofs), state.shape[1]
+    first, second, h = state[:-1], state[1:], data.step_s[:, None]
     mass = given.mass[axes]
     eye = torch.eye(n, width, dtype=state.dtype, device=state.device)
-    force = bending(known, given.damping, width)
+    force = bending(data, given.damping, width)
     bent = (first - second) @ force.mT
-    mean = known.others.clone()
-    swung = 0.5 * known.swing + h / 12 * bent
+    mean = data.others.clone()
+    swung = 0.5 * data.swing + h / 12 * bent
     mean[:, axes] = mean[:, axes] + 0.5 * (first[:, :n] + second[:, :n]) + swung / mass
-    by_mass = torch.einsum("ajkl,Nk,Nl->Naj", known.forms[axes], mean, mean)
-    turned = 2 * torch.einsum("akl,Nl->Nak", torch.einsum("ajkl,j->akl", known.forms[axes], given.mass), mean)
+    by_mass = torch.einsum("ajkl,Nk,Nl->Naj", data.forms[axes], mean, mean)
+    turned = 2 * torch.einsum("akl,Nl->Nak", torch.einsum("ajkl,j->akl", data.forms[axes], given.mass), mean)
     gain = second[:, :n] - first[:, :n]
     angle = torch.zeros(n, width, dtype=state.dtype, device=state.device)
-    for i, axis in enumerate(known.placed):
+    for i, axis in enumerate(data.placed):
         angle[axis, 2 * n + i] = 1.0
-    held = known.stiffness * (0.5 * (first + second) @ angle.mT - h / 12 * gain)
+    held = data.stiffness * (0.5 * (first + second) @ angle.mT - h / 12 * gain)
     d = 0.5 * (first[:, n : 2 * n] + second[:, n : 2 * n])
-    total = by_mass @ given.mass + given.damping * mean[:, axes] + held - known.push - given.trim - d
+    total = by_mass @ given.mass + given.damping * mean[:, axes] + held - data.push - given.trim - d
     slope = h[:, :, None] * (turned[:, :, axes] + torch.diag(given.damping))
     bend = h[:, :, None] / 12 * (force / mass[:, None])
-    pull = 0.5 * h[:, :, None] * (known.stiffness[:, None] * angle - eye.roll(n, dims=1))
-    turn = h[:, :, None] ** 2 / 12 * known.stiffness[:, None] * eye
+    pull = 0.5 * h[:, :, None] * (data.stiffness[:, None] * angle - eye.roll(n, dims=1))
+    turn = h[:, :, None] ** 2 / 12 * data.stiffness[:, None] * eye
     return Balance(
         mass * gain + h * total,
         slope @ (0.5 * eye + bend) + pull + turn - mass[:, None] * eye,
@@ -347,10 +376,10 @@ def balance(known: Interval, given: Coefficients, state: Tensor) -> Balance:
     )
 
 
-def by_coefficients(known: Interval, given: Coefficients, state: Tensor, balance: Balance) -> Tensor:
+def by_coefficients(data: Data, given: Coefficients, state: Tensor, balance: Balance) -> Tensor:
     """Slopes (N, n, 6 + 2 n) of the balance `own` at `state` in masses, dampings and trims."""
-    axes, n = list(known.dofs), len(known.dofs)
-    h = known.step_s[:, None]
+    axes, n = list(data.dofs), len(data.dofs)
+    h = data.step_s[:, None]
     mass, gain = given.mass[axes], state[1:, :n] - state[:-1, :n]
     eye = torch.eye(n, dtype=state.dtype, device=state.device)
     in_mass = h[:, :, None] * balance.by_mass
@@ -362,14 +391,14 @@ def by_coefficients(known: Interval, given: Coefficients, state: Tensor, balance
     return torch.cat([in_mass, in_damping, -h[:, :, None] * eye.expand(len(h), n, n)], dim=2)
 
 
-def bending(known: Interval, damping: Tensor, width: int) -> Tensor:
+def bending(data: Data, damping: Tensor, width: int) -> Tensor:
     """Force at an instant that varies within an interval and bends the velocity, as a matrix (n, s) on the state
     there."""
-    n = len(known.dofs)
+    n = len(data.dofs)
     out = torch.zeros(n, width, dtype=damping.dtype, device=damping.device)
     each = torch.arange(n, device=damping.device)
     out[each, each] = -damping
     out[each, n + each] = 1.0
-    for i, axis in enumerate(known.placed):
-        out[axis, 2 * n + i] = -known.stiffness[axis]
+    for i, axis in enumerate(data.placed):
+        out[axis, 2 * n + i] = -data.stiffness[axis]
     return out

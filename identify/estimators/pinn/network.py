@@ -15,12 +15,10 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
-import numpy as np
 import torch
-from numpy.typing import NDArray
 from torch import Tensor
 
-from identify.estimators.pinn.layout import Balance, Interval, Layout, balance, bending, coriolis_forms
+from identify.estimators.pinn.layout import Balance, Data, balance, bending, between
 from identify.estimators.pinn.parameters import Noise, Raw
 
 POSITION_STD, ROUGHNESS = 3e-6, 2e-5
@@ -40,26 +38,6 @@ all at once."""
 
 MOST_CORES = 4
 """The work between the stretches runs on one core alone: more cores than these would wait for it."""
-
-
-@dataclass(frozen=True)
-class Data:
-    """A Layout as tensors; `known` (N, C): whether something was read."""
-
-    interval: Interval
-    value: Tensor
-    before: Tensor
-    after: Tensor
-    swung: Tensor
-    bent: Tensor
-    open: Tensor
-    scale: Tensor
-    known: Tensor
-    channel_axis: Tensor
-
-    @property
-    def axes(self) -> int:
-        return len(self.interval.dofs)
 
 
 @dataclass(frozen=True)
@@ -83,47 +61,15 @@ class Pull:
     balance: Balance
 
 
-def data_of(layout: Layout, device: torch.device) -> Data:
-    """The layout on a device, in float64."""
-
-    def tensor(values: NDArray[np.generic]) -> Tensor:
-        return torch.as_tensor(np.ascontiguousarray(values), device=device)
-
-    interval = Interval(
-        layout.dofs,
-        layout.placed,
-        tensor(layout.step_s),
-        tensor(layout.push),
-        tensor(layout.swing),
-        tensor(layout.others),
-        tensor(layout.stiffness),
-        tensor(coriolis_forms()),
-    )
-    known = np.isfinite(layout.value)
-    return Data(
-        interval,
-        tensor(np.where(known, layout.value, 0.0)),
-        tensor(layout.before),
-        tensor(layout.after),
-        tensor(layout.swung),
-        tensor(layout.bent),
-        tensor(layout.open),
-        tensor(layout.scale),
-        tensor(known),
-        tensor(layout.channel_axis),
-    )
-
-
 def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pull:
     """Residuals and slopes at `raw` (p,) and `state` (N + 1, s)."""
-    known, n, count = data.interval, data.axes, len(data.interval.step_s)
-    placed = list(known.placed)
+    n, count, placed = data.axes, len(data.step_s), list(data.placed)
     x, width = len(placed), state.shape[1]
-    h = known.step_s[:, None]
+    h = data.step_s[:, None]
     given = map_.coefficients(raw)
-    momentum = balance(known, given, state)
+    momentum = balance(data, given, state)
     density = 2 * noise.disturbance**2 / noise.time_constant_s
-    mass = given.mass[list(known.dofs)]
+    mass = given.mass[list(data.dofs)]
     first, second = state[:-1], state[1:]
     owner = torch.tensor([*range(n), *range(n), *placed, *data.channel_axis.tolist()], device=state.device)
     position, reading = slice(2 * n, 2 * n + x), slice(2 * n + x, None)
@@ -151,8 +97,8 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
     rows = owner[2 * n :]
     bent = torch.cat([-(h**2) / 12 * torch.ones_like(wander[:, position]), data.bent], dim=1) / mass[rows]
     swung = torch.cat([-0.5 * h * torch.ones_like(wander[:, position]), data.swung], dim=1)
-    swung = swung * known.swing[:, rows] / mass[rows]
-    bend = bent[:, :, None] * bending(known, given.damping, width)[rows]
+    swung = swung * data.swing[:, rows] / mass[rows]
+    bend = bent[:, :, None] * bending(data, given.damping, width)[rows]
     straight_before, straight_after = _straight(data, kept, width)
     before = torch.cat([momentum.before, straight_before[:, :n], straight_before[:, n:] + bend], dim=1)
     after = torch.cat([momentum.after, straight_after[:, :n], straight_after[:, n:] - bend], dim=1)
@@ -178,14 +124,13 @@ def pull(data: Data, map_: Raw, raw: Tensor, state: Tensor, noise: Noise) -> Pul
 def _straight(data: Data, kept: Tensor, width: int) -> tuple[Tensor, Tensor]:
     """Slopes (N, n + x + C, s) of all residuals but the physics' in the states at both ends, for a velocity that does
     not bend; the disturbance keeps the share `kept` (N, n)."""
-    known, n = data.interval, data.axes
-    placed, x = list(known.placed), len(known.placed)
+    n, placed, x = data.axes, list(data.placed), len(data.placed)
     before = torch.zeros(len(kept), n + x + data.value.shape[1], width, dtype=kept.dtype, device=kept.device)
     after = torch.zeros_like(before)
     each, integral = torch.arange(n, device=kept.device), torch.arange(x, device=kept.device)
     before[:, each, n + each], after[:, each, n + each] = -kept, torch.ones_like(kept)
     before[:, n + integral, 2 * n + integral], after[:, n + integral, 2 * n + integral] = -1.0, 1.0
-    before[:, n + integral, placed] = after[:, n + integral, placed] = -0.5 * known.step_s[:, None]
+    before[:, n + integral, placed] = after[:, n + integral, placed] = -0.5 * data.step_s[:, None]
     before[:, n + x :], after[:, n + x :] = data.before, data.after
     return before, after
 
@@ -248,29 +193,6 @@ def wild(data: Data, map_: Raw, raw: Tensor, noise: Noise, state: Tensor) -> Ten
 def without(data: Data, wild: Tensor) -> Data:
     """The data without the readings (N, C) that are wild."""
     return replace(data, known=data.known & ~wild)
-
-
-def between(data: Data, cut: slice) -> Data:
-    """The data of some of the intervals."""
-    interval = data.interval
-    return replace(
-        data,
-        interval=replace(
-            interval,
-            step_s=interval.step_s[cut],
-            push=interval.push[cut],
-            swing=interval.swing[cut],
-            others=interval.others[cut],
-        ),
-        value=data.value[cut],
-        before=data.before[cut],
-        after=data.after[cut],
-        swung=data.swung[cut],
-        bent=data.bent[cut],
-        open=data.open[cut],
-        scale=data.scale[cut],
-        known=data.known[cut],
-    )
 
 
 @dataclass(frozen=True)

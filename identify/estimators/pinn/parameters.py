@@ -17,7 +17,6 @@ from identify.estimators.likelihood.priors import (
     PRIOR_STD,
     TRIM_SHARE,
     UNMEASURED_SHARE,
-    rigid_mass,
 )
 from identify.estimators.pinn.layout import Coefficients
 
@@ -75,7 +74,7 @@ class Raw:
 def raw_of(configuration: Configuration, dofs: tuple[int, ...], device: torch.device) -> Raw:
     """Return the map for a vehicle's configuration with fitted axes `dofs`, and the priors, which are the
     likelihood's."""
-    rigid = np.array([rigid_mass(configuration, dof) for dof in range(6)])
+    rigid = np.array([configuration.rigid_body(dof)[0] for dof in range(6)])
     fitted = rigid[list(dofs)]
     trim = np.array(
         [max(TRIM_SHARE * configuration.thruster_limit_n * (1.0 if dof < 3 else 0.2), 1e-3) for dof in dofs]

@@ -20,12 +20,12 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify.dive import Dive
 from identify.estimators.axes.axis import Axes
-from identify.estimators.likelihood.priors import DISTURBANCE_SHARE, TIME_S, rigid_mass
+from identify.estimators.likelihood.priors import DISTURBANCE_SHARE, TIME_S
 from identify.estimators.likelihood.spikes import LARGEST_SHARE
 from identify.estimators.likelihood.start import StartFit, StartValues, start_of
 from identify.estimators.pinn.equations import Equations, equations
-from identify.estimators.pinn.layout import Layout, lay_out
-from identify.estimators.pinn.network import Data, data_of, wild, without
+from identify.estimators.pinn.layout import Data, Layout, data_of, lay_out
+from identify.estimators.pinn.network import wild, without
 from identify.estimators.pinn.parameters import Noise, Prior, Raw, of_logarithm, raw_of, slope
 from identify.estimators.refusals import no_solution
 from identify.progress import Progress
@@ -87,14 +87,6 @@ class Point:
 
 
 @dataclass(frozen=True)
-class Pass:
-    """A pass: its point, and the covariance (p, p) of the raw parameters there."""
-
-    point: Point
-    covariance: Tensor
-
-
-@dataclass(frozen=True)
 class Trained:
     """End of training, and the reason for it.
 
@@ -117,19 +109,19 @@ class Trainer:
     """Everything that stays the same while a network is trained.
 
     curvature_at: the expected curvature of half the loss without priors, ordered as `Point.where`. watch: called at
-    every pass.
+    every pass with its point, and the covariance (p, p) of the raw parameters there.
     """
 
     data: Data
     map_: Raw
     prior: Prior
     curvature_at: Callable[[Point], Tensor]
-    watch: Callable[[Pass], None]
+    watch: Callable[[Point, Tensor], None]
 
     def at(self, raw: Tensor, noise: Noise, state: Tensor) -> Point:
         """The point at these values; `state` (N + 1, s) need only be near its best."""
         here = equations(self.data, self.map_, raw, state, noise)
-        levels = slope(here.moments, self.data.interval.step_s, noise)
+        levels = slope(here.moments, self.data.step_s, noise)
         levels = levels + self.prior.residual(noise) / self.prior.spread()
         return Point(raw, noise, here, torch.cat([here.gradient, levels]))
 
@@ -141,7 +133,7 @@ class Trainer:
             by_data = self.curvature_at(point)
             curvature = by_data + torch.diag(self._precision(point))
             inverse = torch.linalg.inv(curvature)
-            self.watch(Pass(point, inverse[:count, :count]))
+            self.watch(point, inverse[:count, :count])
             step = -_bent(inverse, pairs) @ point.slope
             moved = step.abs() / inverse.diagonal().sqrt()
             still = (moved[count:] < LEVELS_SETTLED) | (step[count:].abs() < LEVEL_SHARE)
@@ -402,17 +394,17 @@ def _fit(task: Task, trainer: Trainer, trained: Trained) -> Fit:
     )
 
 
-def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[Pass], None]:
+def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[Point, Tensor], None]:
     """Return a watcher that reports each pass to `progress`: the coefficients so far with their 95 % intervals."""
     names = {dof: MASSES[dof].name for dof in dofs}
     names |= {6 + axis: DAMPINGS[dof].name for axis, dof in enumerate(dofs)}
 
     passes = count(1)
 
-    def watch(step: Pass) -> None:
+    def watch(point: Point, covariance: Tensor) -> None:
         number = next(passes)
-        values = map_.values(step.point.raw).tolist()
-        half = (Z95 * step.covariance.diagonal().sqrt() * map_.slope(step.point.raw)).tolist()
+        values = map_.values(point.raw).tolist()
+        half = (Z95 * covariance.diagonal().sqrt() * map_.slope(point.raw)).tolist()
         fitted = {name: (values[i], half[i]) for i, name in names.items()}
         progress(number / (number + USUAL_PASSES), f"pass {number}", fitted)
 
@@ -420,7 +412,7 @@ def _telling(map_: Raw, dofs: tuple[int, ...], progress: Progress) -> Callable[[
 
 
 def _prior(configuration: Configuration, layout: Layout, device: torch.device) -> Prior:
-    rigid = np.array([rigid_mass(configuration, dof) for dof in layout.dofs])
+    rigid = np.array([configuration.rigid_body(dof)[0] for dof in layout.dofs])
     parts = (
         layout.channel_noise,
         DISTURBANCE_SHARE * rigid,

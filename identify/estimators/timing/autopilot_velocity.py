@@ -19,8 +19,7 @@ from identify.estimators.axes.build import LAGS_FORGOTTEN, build_axes
 from identify.estimators.axes.forces import axes_with_delay
 from identify.estimators.likelihood.axis import MASS, AxisLikelihood
 from identify.estimators.likelihood.fit import rough_maximum
-from identify.estimators.likelihood.joint import alone
-from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of, rigid_mass
+from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of
 from identify.estimators.likelihood.scoring import climb
 from identify.estimators.refusals import lasting, refuse_unmoved, refuse_unpushed, too_short
 from identify.estimators.timing.lateness import Timing
@@ -289,7 +288,7 @@ def _fitted(
 def _fits_of(built: Axes, file: VehicleFile, configuration_name: str, near: Sequence[_Fit]) -> list[_Fit]:
     """Fits of each axis alone, each started from its fit in `near`; axes without a solution are left out."""
     configuration = file.vehicle.configurations[configuration_name]
-    masses = np.array([MASS_RATIO * rigid_mass(configuration, dof) for dof in range(6)])
+    masses = np.array([MASS_RATIO * configuration.rigid_body(dof)[0] for dof in range(6)])
     starts = {fit.dof: fit.theta for fit in near}
     for dof, theta in starts.items():
         # A guess would leave a drifting hull's turning (Munk 1924) to yaw, which would take it for another timing.
@@ -305,7 +304,7 @@ def _fits_of(built: Axes, file: VehicleFile, configuration_name: str, near: Sequ
             with suppress(np.linalg.LinAlgError):
                 return _climbed(problem, starts[axis.dof])
         try:
-            rough = rough_maximum(problem, rigid_mass(configuration, axis.dof), configuration.model, ENOUGH)
+            rough = rough_maximum(problem, configuration.rigid_body(axis.dof)[0], configuration.model, ENOUGH)
             return _climbed(problem, rough.theta)
         except np.linalg.LinAlgError:
             # An axis without a solution gives no timing; the fit of all axes reports why.
@@ -321,7 +320,7 @@ def _climbed(problem: AxisLikelihood, near: Array) -> _Fit:
     theta = near.copy()
     # The dive has since been dated with the timing found at `near`, so the remaining timing starts at zero.
     theta[index] = 0.0
-    maximum = climb(problem.slowed(theta), theta, ENOUGH, alone)
+    maximum = climb(problem.slowed(theta), theta, ENOUGH)
     precision = np.linalg.inv(np.linalg.inv(maximum.precision)[index, index])
     by_readings: Array = np.asarray(precision - np.diag(problem.prior_precision[index]), dtype=np.float64)
     pull: Array = np.asarray(precision @ maximum.theta[index], dtype=np.float64)

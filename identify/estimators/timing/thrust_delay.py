@@ -59,7 +59,7 @@ class _Profile:
     def top(self, by_s: float, enough: float, least: float = -np.inf) -> float:
         """The maximum at a delay; a lower value if that stays below `least`."""
         nearest = min(self.thetas, key=lambda known: abs(known - by_s))
-        maximum = climb(self.at(by_s), self.thetas[nearest], enough, JointLikelihood.score, least)
+        maximum = climb(self.at(by_s), self.thetas[nearest], enough, least)
         self.thetas[by_s], self.tops[by_s] = maximum.theta, maximum.log_likelihood
         return maximum.log_likelihood
 
@@ -157,10 +157,10 @@ def likeliest_delay(
 def _profile(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> _Profile:
     def at(by_s: float) -> JointLikelihood:
         moved = (
-            replace(problem, axis=axis_with_delay(problem.axis, built, forces, by_s))
+            problem.with_axis(axis_with_delay(problem.axis, built, forces, by_s))
             for problem in joint.problems
         )
-        return replace(joint, problems=tuple(problem.reshaped() for problem in moved))
+        return replace(joint, problems=tuple(moved))
 
     return _Profile(at, {0.0: theta})
 
