@@ -316,9 +316,32 @@ def test_a_further_cause_that_the_filters_drop_is_none_and_neither_are_the_other
     monkeypatch.setattr(search, "may_be_cause", lambda *_: True)
     monkeypatch.setattr(search, "ranked_candidates", lambda *_: [(12.0, 9.0, PUSH)])
     monkeypatch.setattr(search, "_lasting", lambda *_: 0.0)
+    weighing = replace_now(saving(8.0), log_posterior=0.0)
     for left in ((first,), ()):
-        monkeypatch.setattr(search, "_settled", lambda *_, left=left: (None, fitted(left, 90.0)))
-        assert search._likelier_with_one_more(None, saving(8.0), fitted([first], 50.0), (), None) is None
+        monkeypatch.setattr(search, "_settled", lambda *_, left=left: (weighing, fitted(left, 90.0)))
+        assert search._likelier_with_one_more(None, weighing, fitted([first], 50.0), (), None) is None
+
+
+@pytest.mark.parametrize(
+    ("least_likely", "turns"), [(10.5, 1), (9.5, search.MOST_REFITS), (-np.inf, search.MOST_REFITS)]
+)
+def test_causes_with_which_the_filters_are_far_less_likely_are_not_settled_any_further(
+    monkeypatch, least_likely, turns
+):
+    """At another maximum they climb a little with every turn, and never to where they were."""
+    weighing, refits = saving(8.0), []
+    monkeypatch.setattr(search, "_same", lambda *_: False)
+    monkeypatch.setattr(search, "replace", lambda what, **_: what)
+
+    def refitted(*_):
+        refits.append(replace_now(weighing, log_posterior=10.0 + 0.01 * len(refits)).now)
+        return refits[-1]
+
+    monkeypatch.setattr(search, "refitted", refitted)
+    nominal = SimpleNamespace(joint=None)
+    at = lambda now, _: SimpleNamespace(fitted=weighing.fitted, now=now)  # noqa: E731
+    settled, _ = search._settled(nominal, weighing, fitted([], 50.0), at, least_likely)
+    assert (len(refits), settled.now) == (turns, refits[-1])
 
 
 def replace_now(weighing, log_posterior):
