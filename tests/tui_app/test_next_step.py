@@ -347,7 +347,7 @@ def test_a_dive_flown_again_after_a_no_go_is_asked_about_with_it_and_judged_wher
     assert next_of(in_shadow.situation()).words == f"{again} was flown after a NO-GO: ask what causes it"
     for diagnosed in (again, FLOWN):
         kept = in_shadow.dives / diagnosed / "diagnosis.json"
-        in_shadow.write(kept, '{"verdict": "no_gap"}')
+        in_shadow.write(kept, json.dumps(diagnosis() | {"verdict": "no_gap"}))
         assert in_shadow.situation().departed == ""
         assert next_of(in_shadow.situation()).words == f"validate {again}"
         kept.unlink()
@@ -511,12 +511,12 @@ def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_fin
     place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
     place.validate("2026-11-21T0800Z-first", "both", True)
     dive = place.dives / "2026-11-21T0800Z-first"
-    place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
+    place.write(dive / "diagnosis.json", json.dumps(diagnosis() | {"verdict": "explained"}))
     write_parameters(dive / "diagnosed.param", {"FF0_M_U": 14.0}, ("diagnosed",), 1, 1)
     place.stamp(dive / "diagnosed.param")
     situation = place.situation()
     assert (situation.accepts, situation.uploaded, situation.verdict) == (True, False, "explained")
-    place.write(dive / "diagnosis.json", '{"verdict": "no_gap"}')
+    place.write(dive / "diagnosis.json", json.dumps(diagnosis() | {"verdict": "no_gap"}))
     again = place.situation()
     assert (again.accepts, again.uploaded, again.verdict) == (False, True, "no_gap")
 
@@ -527,7 +527,7 @@ def test_a_diagnosed_model_of_which_a_cause_was_left_out_is_uploaded_once_all_el
 ):
     dive = place.dives / "2026-11-21T0800Z-first"
     place.dive(dive.name, M_u=0.01)
-    place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
+    place.write(dive / "diagnosis.json", json.dumps(diagnosis() | {"verdict": "explained"}))
     write_parameters(dive / "diagnosed.param", {"FF0_M_U": 13.0, "FF0_T1_GAIN": 0.8}, ("diagnosed",), 1, 1)
     place.stamp(dive / "diagnosed.param")
     monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda *_: {"FF0_M_U": Accepted(sent)})

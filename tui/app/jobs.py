@@ -109,7 +109,7 @@ async def work(words: Sequence[str], hear: Callable[[Report], None], pressed: Ca
                 await asyncio.sleep(LOOK_EVERY_S)
             raise
         # An unchanged file is the result of an earlier run.
-        answer = _json(result) if written_ns(result) != before_ns else None
+        answer = json_in(result) if written_ns(result) != before_ns else None
     sentences, names = tuple(error.words for error in errors), tuple(error.stage for error in errors)
     return Done(job.code, answer, tuple(said), sentences, names)
 
@@ -270,7 +270,7 @@ class Kept(Generic[T]):
         stamp = path, written_ns(path)
         if stamp != self._of or unkept is not self._unkept:
             self._of, self._unkept = stamp, unkept
-            self._value = self._typed(_json(path) if unkept is None else unkept)
+            self._value = self._typed(json_in(path) if unkept is None else unkept)
         return self._value
 
 
@@ -284,7 +284,8 @@ def newer(path: Path, than: Path) -> bool:
     return written_ns(path) >= written_ns(than) > 0
 
 
-def _json(path: Path) -> Any:
+def json_in(path: Path) -> Any:
+    """The content of a JSON file; None if it can't be read."""
     try:
         return from_json(read_small(path))
     except (OSError, ValueError):
