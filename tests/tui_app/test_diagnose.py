@@ -123,7 +123,7 @@ def test_it_is_checked_first_on_a_dive_with_the_same_values_later_before_earlier
 
 
 def test_a_diagnosis_that_is_cancelled_is_ended_and_says_so(tmp_path):
-    stopped = ("x", lambda _: None, Sees("diagnose was cancelled"), Sees("d Diagnose"))
+    stopped = ("x", lambda _: None, Sees("diagnose was stopped by you"), Sees("d Diagnose"))
     played(desk_with(tmp_path, jobs=Jobs(verb(tmp_path))), "4", "d", *stopped)
 
 

@@ -303,13 +303,21 @@ def progress(state: JobState, cells: int, begins: str = "begins") -> Line:
 
 def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Lines:
     """Progress or failure of a job; empty if there was no job or if it left a result, which is shown itself."""
-    if state is None:
+    if state is None or not state.runs:
+        return ended(verb, state, cells)
+    lasted = f"  {now_s - state.began_s:.0f} s"
+    return (apart(progress(state, cells - len(lasted) - 1), ((lasted, "quiet"),), cells),)
+
+
+def ended(verb: str, state: JobState | None, cells: int) -> Lines:
+    """How a job without a result ended."""
+    if state is None or state.done is None:
         return ()
-    if state.done is None:
-        lasted = f"  {now_s - state.began_s:.0f} s"
-        return (apart(progress(state, cells - len(lasted) - 1), ((lasted, "quiet"),), cells),)
+    if state.cancelled and state.draws:
+        found = "what it found is below" if state.unkept is None else NOT_KEPT
+        return wrapped(f"the page of {verb} was stopped by you; {found}", "warn", cells)
     if state.cancelled:
-        return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
+        return wrapped(f"{verb} was stopped by you; what lay there before stays", "warn", cells)
     if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:
         return wrapped(state.failure, "bad", cells)
     return ()
