@@ -189,7 +189,7 @@ def test_cancelling_ends_the_process_and_leaves_no_file(dive, tmp_path, monkeypa
 
 
 def test_a_result_that_was_cut_off_is_none(tmp_path):
-    from tui.app.jobs import _json
+    from tui.app.jobs import json_in
 
     (tmp_path / "r.json").write_text(json.dumps({"a": 1})[:-1], encoding="utf-8")
-    assert _json(tmp_path / "r.json") is None
+    assert json_in(tmp_path / "r.json") is None
