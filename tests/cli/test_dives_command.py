@@ -132,7 +132,7 @@ def test_json_holds_all_of_it(dives, tmp_path, capsys):
     assert by_name["broken"]["error"]
 
 
-def test_a_vehicle_otherwise_judges_only_dives_whose_own_is_not_known(dives, tmp_path, capsys):
+def test_a_vehicle_otherwise_judges_only_dives_whose_own_is_not_known(dives, tmp_path, refused):
     gone = dives / "2026-11-20T1030Z-gone"
     gone.mkdir()
     (gone / "telemetry.tlog").write_bytes((dives / "2026-11-20T1015Z-nobody" / "telemetry.tlog").read_bytes())
@@ -149,8 +149,7 @@ def test_a_vehicle_otherwise_judges_only_dives_whose_own_is_not_known(dives, tmp
     for folder in (dives / "2026-11-20T0912Z-hovering", dives / "2026-11-20T1015Z-nobody", gone):
         assert row_of(folder, otherwise=str(light), load=load).glance.relative_std["M_u"] < 0.1
     assert used == {"one-axis.yaml:only": 1, "light.yaml": 2}
-    assert cli.main(["dives", str(gone), "--otherwise", "nowhere.yaml"]) == exit_codes.BAD_INPUT
-    assert "nowhere.yaml: no such file" in capsys.readouterr().err
+    assert "nowhere.yaml: no such file" in refused("dives", gone, "--otherwise", "nowhere.yaml")
 
 
 RUBBISH = b"nothing of the kind, " * 200
