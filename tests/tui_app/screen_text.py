@@ -100,7 +100,9 @@ async def play(app, pilot, *steps):
         if isinstance(step, Sees | Lacks):
             assert (step in flat(app)) is isinstance(step, Sees), text(app)
             continue
-        if callable(step):
+        if step is worked:
+            await app.workers.wait_for_complete()
+        elif callable(step):
             assert step(app) is not False, text(app)
         else:
             await pressed(pilot, step)
@@ -120,6 +122,10 @@ def played(desk, *steps, size=NARROW, views=None, **options):
 def said(app):
     """The notices that the app shows, or showed."""
     return [notice.message for notice in app._notifications]
+
+
+def worked():
+    """A step that waits until the app has done what it was told."""
 
 
 def shows(screen):
