@@ -7,6 +7,7 @@ at once. Keep anew, after looking: SEATRIAL_KEEP_SCREENS=1.
 import asyncio
 import os
 from functools import partial
+from inspect import isawaitable
 from pathlib import Path
 
 from made_view import FixedViews
@@ -100,10 +101,9 @@ async def play(app, pilot, *steps):
         if isinstance(step, Sees | Lacks):
             assert (step in flat(app)) is isinstance(step, Sees), text(app)
             continue
-        if step is worked:
-            await app.workers.wait_for_complete()
-        elif callable(step):
-            assert step(app) is not False, text(app)
+        if callable(step):
+            answer = step(app)
+            assert (await answer if isawaitable(answer) else answer) is not False, text(app)
         else:
             await pressed(pilot, step)
         await at_rest(app, pilot)
@@ -124,8 +124,9 @@ def said(app):
     return [notice.message for notice in app._notifications]
 
 
-def worked():
+async def worked(app):
     """A step that waits until the app has done what it was told."""
+    await app.workers.wait_for_complete()
 
 
 def shows(screen):

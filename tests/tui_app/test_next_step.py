@@ -454,17 +454,11 @@ def test_an_alarm_of_an_armed_vehicle_is_what_is_to_be_done_next(place, kind, de
 def test_the_next_step_follows_an_alarm_as_soon_as_it_comes_or_goes(place):
     calm = shown(3, Armed.ARMED)
     views = FixedViews(calm)
-
-    def deep(alarms):
-        def step(_):
-            views.shown = replace(calm, picture=replace(calm.picture, alarms=alarms))
-
-        return step
-
+    deep = replace(calm, picture=replace(calm.picture, alarms=(Alarm(Kind.DEPTH, "", "x"),)))
     see_to = "see to the ALARM above first"
-    comes = (deep((Alarm(Kind.DEPTH, "", "x"),)), Sees(see_to))
+    steps = (Lacks(see_to), views.then(deep), Sees(see_to), views.then(calm), Lacks(see_to))
     # By this clock no time goes by, and nothing else is looked up anew.
-    played(place.desk, Lacks(see_to), *comes, deep(()), Lacks(see_to), views=views, clock=lambda: 0.0)
+    played(place.desk, *steps, views=views, clock=lambda: 0.0)
 
 
 def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_does_not_yet(in_shadow):
@@ -611,23 +605,18 @@ def test_the_mode_is_typed_before_it_is_raised_and_with_armed_where_the_vehicle_
 def test_a_mode_is_not_raised_past_the_one_that_was_asked_about(in_shadow):
     """OFF was ordered, or the vehicle began anew, while the question stood: from off it goes to shadow alone."""
     views = FixedViews(shown(1))
-
-    def is_off(_):
-        views.shown = shown(0)
-
-    notices = played(in_shadow.desk, "ctrl+u", Sees("Type BOTH"), is_off, *"both", "enter", views=views)
+    asked = ("ctrl+u", Sees("Type BOTH"), views.then(shown(0)))
+    notices = played(in_shadow.desk, *asked, *"both", "enter", views=views)
     assert [words for words in in_shadow.verbs.words if words[0] == "ff"] == []
     assert notices[0].startswith("not raised: the vehicle is another, or in another mode")
 
 
 def test_a_mode_that_another_vehicle_would_get_than_is_on_screen_now_is_not_sent(place):
     views = FixedViews(shown(0))
-
-    def is_another(_):
-        (link,) = picture().links
-        views.shown = replace(view(), picture=replace(shown(0).picture, links=(replace(link, system=2),)))
-
-    notices = played(place.desk, "ctrl+u", Sees("vehicle 1"), is_another, *"shadow", "enter", views=views)
+    (link,) = picture().links
+    another = replace(view(), picture=replace(shown(0).picture, links=(replace(link, system=2),)))
+    asked = ("ctrl+u", Sees("vehicle 1"), views.then(another))
+    notices = played(place.desk, *asked, *"shadow", "enter", views=views)
     assert [words for words in place.verbs.words if words[0] == "ff"] == []
     assert notices[0].startswith("not raised: the vehicle is another")
 
@@ -677,18 +666,10 @@ def says(*words):
 
 def test_what_was_said_of_a_mode_goes_as_soon_as_the_vehicle_is_in_another(place):
     views = FixedViews(shown(3))
-
-    def is_in(mode):
-        def step(app):
-            views.shown = shown(mode)
-            looks_anew(app)
-
-        return step
-
     in_shadow = says("feed-forward in shadow, as the vehicle says")
     # The screen is a little behind the vehicle's answer.
-    steps = ("ctrl+y", looks_anew, in_shadow, is_in(1), in_shadow, is_in(3), says())
-    played(place.desk, *steps, views=views)
+    answered = ("ctrl+y", looks_anew, in_shadow)
+    played(place.desk, *answered, views.then(shown(1)), in_shadow, views.then(shown(3)), says(), views=views)
 
 
 def test_an_order_that_off_overruled_says_so(place):
