@@ -185,7 +185,7 @@ def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mis
         if share > 0.5:
             raise KeyboardInterrupt
 
-    monkeypatch.setattr("tui.show._lines", lambda *_: lambda report: stop(report.share))
+    monkeypatch.setattr("tui.show._lines", lambda *_, **__: lambda report: stop(report.share))
     assert simulate(tmp_path, mission) == exit_codes.INTERRUPTED
     assert "stopped before it was done" in capsys.readouterr().err
     (folder,) = (tmp_path / "dives").iterdir()

@@ -23,6 +23,7 @@ from tui.app.drawing import (
     day,
     hanging,
     number,
+    stacked,
     stopwatch,
     titled,
     width,
@@ -186,8 +187,7 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
         lines += hanging(f"can't be read: {dive.glance.error}", "bad", cells)
     elif not dive.underway:
         lines += _axes(dive, cells)
-    if dive.damaged:
-        lines += hanging(dive.damaged, "bad", cells)
+    lines += stacked((dive.damaged,), "bad", cells, hanging)
     if dive.glance.why_not:
         unknown = (
             "what it could identify is not known"
@@ -200,8 +200,8 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
             f"{number(100 * dive.glance.loss, 1)} % of its frames were lost on the link", "warn", cells
         )
     stray = f"{dive.glance.stray}." if dive.glance.stray else ""
-    for sentence in filter(None, (stray, dive.glance.restarts, dive.glance.lacking, dive.glance.unheard)):
-        lines += hanging(sentence, "warn", cells)
+    odd = (stray, dive.glance.restarts, dive.glance.lacking, dive.glance.unheard)
+    lines += stacked(odd, "warn", cells, hanging)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
         lines += hanging(f"conditions: {dive.conditions}{asks}", "plain", cells)
@@ -209,11 +209,10 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
         lines += hanging(f"conditions: not noted{asks}", "quiet", cells)
     if dive.notes:
         lines += hanging(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
-    for event in dive.events:
-        lines += hanging(f"noted at {' '.join(event.split())}", "plain", cells)
-    for sentence in dive.learnt:
-        lines += hanging(sentence, "quiet", cells)
-    return tuple(lines)
+    lines += stacked(
+        (f"noted at {' '.join(event.split())}" for event in dive.events), "plain", cells, hanging
+    )
+    return (*lines, *stacked(dive.learnt, "quiet", cells, hanging))
 
 
 def _axes(dive: DiveRow, cells: int) -> Iterator[Line]:
