@@ -117,6 +117,13 @@ def stacked(
     return tuple(line for sentence in sentences if sentence for line in wrap(sentence, role, cells))
 
 
+def beside(head: Line, text: str, role: Role, cells: int) -> Lines:
+    """A head and, at its right, a sentence on as many rows as it needs."""
+    first, *more = wrapped(text, role, max(cells - width(head), 1))
+    blank: Span = (" " * width(head), "plain")
+    return ((*head, *first), *((blank, *line) for line in more))
+
+
 def window(count: int, at: int, rows: int) -> tuple[int, int]:
     """First of the entries shown in `rows` rows below a heading, with that at `at` in the middle if possible, and how
     many fit: if some are left out, a row is kept for the note about them.

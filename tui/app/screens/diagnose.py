@@ -11,7 +11,7 @@ from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
 from tui.app.diagnosis import PHASES, Answer, Cause, Foretold, Tried, answer, foretold
-from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, stacked, width, wrapped
+from tui.app.drawing import Line, Lines, Role, Span, apart, bar, beside, number, stacked, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer
 from tui.app.keys import LOOKS, Action, bindings
@@ -157,9 +157,7 @@ def _named(mark: Span, name: Span, right: Line, cells: int) -> Lines:
     """A name, and text at its right: in the same line if both fit, else in the line below."""
     if len(mark[0]) + len(name[0]) + width(right) < cells:
         return (apart((mark, name), right, cells),)
-    first, *more = wrapped(name[0], name[1], cells - len(mark[0]))
-    blank: Span = (" " * len(mark[0]), "plain")
-    return ((mark, *first), *((blank, *line) for line in more), apart((), right, cells))
+    return (*beside((mark,), *name, cells), apart((), right, cells))
 
 
 def _evidence(nats: float, most: float, role: Role) -> Line:
