@@ -197,7 +197,6 @@ class SeatrialApp(Modes, inherit_bindings=False):
             self.push_screen(ActionPalette(id="--command-palette"))
 
     def action_help(self) -> None:
-        """Show the keys that work here."""
         if not isinstance(self.screen, HelpScreen):
             self.push_screen(HelpScreen(help_lines(self, self.screen)))
 

@@ -176,7 +176,6 @@ class Recordings(Shell):
             self._record_for_off()
 
     def _tell_recording(self) -> None:
-        """Show the notices on the recording."""
         ours = self._starts_recording() or self._clock() <= self._declinable_until_s
         for notice in self._news.take(self._views.view(), ours=ours, flies=self.desk.jobs.runs(FLY)):
             if notice.is_lost:

@@ -95,7 +95,6 @@ since Textual recomputes them all whenever a class of a screen changes.
 
 
 def theme(name: str) -> Theme:
-    """Build one of the themes in `ORDER`."""
     looks, background = _LOOKS[name], _BACKGROUNDS[name]
     accent, plain, quiet = looks["accent"][0], looks["plain"][0], looks["quiet"][0]
     return Theme(
@@ -146,7 +145,6 @@ def variables(name: str) -> dict[str, str]:
 
 
 def component_css() -> str:
-    """The style sheet of the roles."""
     roles = (
         f".line--{role} {{ color: ${role}-fg; background: ${role}-bg; text-style: ${role}-style; }}"
         for role in ROLES

@@ -236,7 +236,6 @@ class AskLine(Vertical):
         self.screen.set_focus(None)
 
     def empty(self) -> None:
-        """Clear the line for another try."""
         self._line.value = ""
 
 
