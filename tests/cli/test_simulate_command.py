@@ -10,6 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from fakes.ports import free_port
 from waiting import ended_once
 
 from bridge import exit_codes
@@ -338,9 +339,7 @@ def test_under_ardusub_the_autopilot_keeps_link_parameters_mode_and_time(
 
 
 def test_the_body_under_ardusub_answers_at_its_port(capsys, monkeypatch):
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port(socket.SOCK_DGRAM)
     monkeypatch.setattr("tui.commands.simulate.PORT", port)
 
     def ask():

@@ -65,11 +65,8 @@ def test_an_armed_vehicle_is_written_to_once_the_word_is_typed_too(armed):
 
 def test_one_that_is_armed_while_the_number_is_typed_asks_for_the_word():
     vehicle, shown = FakeVehicle(), views()
-
-    def arm(_):
-        shown.shown = views(Armed.ARMED).shown
-
-    on_screen(vehicle, "u", "7", arm, "enter", Sees("is not 'ARMED 7'"), shown=shown)
+    is_armed = shown.then(views(Armed.ARMED).shown)
+    on_screen(vehicle, "u", "7", is_armed, "enter", Sees("is not 'ARMED 7'"), shown=shown)
     assert vehicle.writes == []
 
 
@@ -235,11 +232,11 @@ def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):
 
 
 def test_a_screen_that_is_not_composed_yet_offers_no_upload():
-    async def work(_app, _pilot):
+    def offers_none(_):
         screen = ParametersScreen("Parameters", ())
-        assert not any(screen.check_action(action, ()) for action in ("upload", "back", "read", "choose"))
+        return not any(screen.check_action(action, ()) for action in ("upload", "back", "read", "choose"))
 
-    run(made(views(), desk=desk()), NARROW, work)
+    on_screen(FakeVehicle(), offers_none)
 
 
 def test_a_number_that_comes_at_once_with_its_key_is_typed_and_opens_no_screen():
