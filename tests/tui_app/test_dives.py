@@ -325,13 +325,8 @@ def test_a_bad_number_is_told_at_its_line_and_all_that_was_typed_stays_until_it_
         assert folder.about().conditions == Conditions()
 
     typed = ("2", "home", "home", "c", "x", "down", "down", *"40", *["down"] * 4, *"swell", Sees(why))
-    beyond = (
-        *"00",
-        "enter",
-        Sees("▲ must lie from -2 to 40 °C, it is 1100; mend it"),
-        "backspace",
-        "backspace",
-    )
+    warm = Sees("▲ must lie from -2 to 40 °C, it is 1100; mend it")
+    beyond = (*"00", "enter", warm, "backspace", "backspace")
     played(at, *typed, "enter", stays, "backspace", Lacks("no number"), *beyond, "enter")
     assert folder.about().conditions == Conditions(11.0, 35.0, 40.0, weather="swell")
 

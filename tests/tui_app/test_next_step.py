@@ -388,18 +388,8 @@ def test_while_a_question_is_open_the_next_step_is_its_answer_and_names_no_key(p
     # Nor does the line of keys name one that would only be typed.
     typed = [Lacks(words) for words in ("i Identify", "t Theme", "? Help")]
     live = Sees("Ctrl-X FF off")
-    played(
-        place.desk,
-        next_step,
-        "ctrl+u",
-        asked,
-        *typed,
-        live,
-        "escape",
-        next_step,
-        Sees("c Charts"),
-        views=views,
-    )
+    left = ("escape", next_step, Sees("c Charts"))
+    played(place.desk, next_step, "ctrl+u", asked, *typed, live, *left, views=views)
 
 
 def test_a_go_from_before_the_upload_raises_nothing_and_the_screen_says_so(in_shadow):
@@ -728,13 +718,8 @@ def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):
 def test_each_screen_says_the_next_step_and_its_keys_as_they_are_bound(place):
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     views = FixedViews(shown(0))
-    steps = (
-        Sees("NEXT 2 i identify 2026-11-21T0800Z-first"),
-        "2",
-        Sees("NEXT i identify 2026"),
-        "3",
-        Sees("NEXT 2 i"),
-    )
+    on_watch = Sees("NEXT 2 i identify 2026-11-21T0800Z-first")
+    steps = (on_watch, "2", Sees("NEXT i identify 2026"), "3", Sees("NEXT 2 i"))
     played(place.desk, *steps, views=views)
     played(place.desk, Sees("NEXT 9 i identify"), views=views, keymap={"screen.dives": "9"})
     played(place.desk, Sees("identify 2026"), Lacks("NEXT 2 i"), views=views, view_only=True)

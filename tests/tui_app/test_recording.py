@@ -124,18 +124,10 @@ def test_without_a_link_the_dives_come_first_and_the_key_that_records_asks_for_t
         Way("udpin:127.0.0.1:14550", "a vehicle"),
         Way("serial:/dev/ttyUSB0:115200", "DVL"),
     )
-    on_top = Sees("no vehicle is connected; Ctrl-L connects one")
-    steps = [
-        shows(DivesScreen),
-        on_top,
-        "ctrl+g",
-        shows(ConnectScreen),
-        Sees("serial:/dev/ttyUSB0:115200"),
-        "down",
-        "enter",
-    ]
+    first = (shows(DivesScreen), Sees("no vehicle is connected; Ctrl-L connects one"))
+    asked = ("ctrl+g", shows(ConnectScreen), Sees("serial:/dev/ttyUSB0:115200"))
     boat.recorded = None
-    after(steps, boat, SILENT)
+    after([*first, *asked, "down", "enter"], boat, SILENT)
     assert boat.orders == [Choice("serial:/dev/ttyUSB0:115200", records=True)]
 
 

@@ -203,15 +203,8 @@ def test_after_an_upload_the_title_says_what_was_done_and_no_values_before_are_n
     written = receipt(sentence="8 staged parameters read back, set 8205 is active")
     written["parameters"] = [{**line, "before": line["target"]} for line in written["parameters"]]
     applied = (Sees("✓ applied: 8 staged parameters read back"), Sees("8 put in force"))
-    on_screen(
-        FakeVehicle(staged(), written=written),
-        Sees("8 staged"),
-        "u",
-        "8",
-        "enter",
-        *applied,
-        Lacks("values before"),
-    )
+    vehicle = FakeVehicle(staged(), written=written)
+    on_screen(vehicle, Sees("8 staged"), "u", "8", "enter", *applied, Lacks("values before"))
 
 
 def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):

@@ -336,14 +336,8 @@ def test_its_keys_move_in_it_and_are_none_without_it():
 
 def test_keys_go_to_the_other_charts_and_to_all_words_where_not_all_fits():
     charts = (Lacks("pitch q"), "c", Sees("pitch q"), Lacks("surge u"), "c", Sees("surge u"))
-    said = (
-        Lacks("6 devices, hovering"),
-        "w",
-        Sees("6 devices, hovering"),
-        Lacks("surge u"),
-        "w",
-        Sees("surge u"),
-    )
+    devices = "6 devices, hovering"
+    said = (Lacks(devices), "w", Sees(devices), Lacks("surge u"), "w", Sees("surge u"))
     played(desk(), *charts, *said)
 
 
