@@ -328,12 +328,11 @@ def test_it_is_what_a_simulated_vehicle_truly_is(param):
 def test_a_mission_is_dived_with_it(param, tmp_path, capsys):
     legs = tmp_path / "short.yaml"
     legs.write_text(LEGS, encoding="utf-8")
-    line = ("simulate", "--vehicle", "ruvifist:hovering", "--mission", str(legs), "--out", str(tmp_path))
-    assert cli.main([*line, "--accepted", str(param)]) == exit_codes.DONE
+    line = ["simulate", "--vehicle", "ruvifist:hovering", "--out", str(tmp_path), "--mission"]
+    assert cli.main([*line, str(legs), "--accepted", str(param)]) == exit_codes.DONE
     assert "not simulated: waves" in capsys.readouterr().err
     assert list(tmp_path.glob("*/telemetry.tlog"))
-    line[4] = "idle"
-    afloat = ["--accepted", str(param), "--link", "udpout:127.0.0.1:9", "--seconds", "0.1"]
+    afloat = ["idle", "--accepted", str(param), "--link", "udpout:127.0.0.1:9", "--seconds", "0.1"]
     assert cli.main([*line, *afloat]) == exit_codes.DONE
 
 
