@@ -285,12 +285,8 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     place.validate("2026-11-21T0910Z-shadow", "shadow", True)
     place.dive("2026-11-21T0920Z-afloat", M_u=float("inf"))
     flown = place.situation()
-    assert (flown.dive, flown.after_upload, flown.flown, flown.go) == (
-        "2026-11-21T0910Z-shadow",
-        True,
-        "shadow",
-        True,
-    )
+    in_shadow = (flown.dive, flown.after_upload, flown.flown, flown.go)
+    assert in_shadow == ("2026-11-21T0910Z-shadow", True, "shadow", True)
     place.identify("2026-11-21T0910Z-shadow", value=13.0)
     assert place.situation().uploaded is False
     # What the vehicle accepted since is what the crew wanted, whichever file it came from.

@@ -203,16 +203,10 @@ def test_a_recording_in_which_nothing_arrived_was_no_dive_and_the_way_to_a_vehic
     boat.desk.was_killed = lambda _: False
     views = FixedViews(nobody)
     other = replace(recording(lasted_s=5.0, disk_left_s=math.inf), frames=0, links=("udpin:127.0.0.1:14570",))
-    notices = played(
-        boat.desk,
-        Sees("no vehicle is connected; Ctrl-L"),
-        views.then(replace(nobody, recording=other)),
-        Lacks("no vehicle is connected"),
-        views.then(nobody),
-        Lacks("DIVE OVER"),
-        Sees("no vehicle is connected; Ctrl-L"),
-        views=views,
-    )
+    says_how = Sees("no vehicle is connected; Ctrl-L")
+    is_recorded = (views.then(replace(nobody, recording=other)), Lacks("no vehicle is connected"))
+    is_over = (views.then(nobody), Lacks("DIVE OVER"))
+    notices = played(boat.desk, says_how, *is_recorded, *is_over, says_how, views=views)
     assert notices == [
         "the app follows the recording of udpin:127.0.0.1:14570 into dives/deck",
         "the recording of udpin:127.0.0.1:14570 is over; nothing arrived in it; Ctrl-L connects one",

@@ -81,12 +81,8 @@ def test_while_the_feed_forward_of_an_armed_vehicle_acts_nothing_is_asked(mode):
 
 def test_what_is_doubted_as_a_whole_needs_a_word_and_what_is_doubted_in_a_line_is_told():
     vehicle = FakeVehicle(plan(outcome="stopped at a bound"))
-    doubts = (
-        Sees("ended with 'stopped at a bound'"),
-        "down",
-        "down",
-        Sees("doubted: depth was never pushed"),
-    )
+    of_line = ("down", "down", Sees("doubted: depth was never pushed"))
+    doubts = (Sees("ended with 'stopped at a bound'"), *of_line)
     on_screen(vehicle, *doubts, "u", "7", "enter", lambda _: vehicle.writes == [], *"doubted", "7", "enter")
     assert "--despite-doubts" in vehicle.writes[0]
 
