@@ -136,23 +136,24 @@ def kept(folder: Path, key: dict[str, Any]) -> Glance | None:
         data = from_json(read_small(file))
         if data["key"] != key:
             return None
-        values, spans = _without_null(data["glance"]), data["glance"]["spans"]
-        std = values.get("relative_std", {})
-        known = values | {
-            "relative_std": _without_null(std),
-            "spans": [_without_null(span) for span in spans],
-        }
-        glance = schema.build(Glance, known, str(file))
+        glance = glance_of(data["glance"], str(file))
     except (OSError, ValueError, KeyError, TypeError, AttributeError, ConfigError):
         return None
-    if glance.began_unix_s is not None and not is_date(glance.began_unix_s):
-        return None
-    if "relative_std" not in values:
-        return replace(glance, relative_std=None)
+    return glance if glance.began_unix_s is None or is_date(glance.began_unix_s) else None
+
+
+def glance_of(data: dict[str, Any], where: str) -> Glance:
+    """A glance from plain data, in which null stands for a number that JSON can't represent. Raises ConfigError, and
+    for data of another kind KeyError, TypeError, AttributeError."""
+    std = data["relative_std"]
+    known = _without_null(data) | {
+        "relative_std": _without_null(std or {}),
+        "spans": [_without_null(span) for span in data["spans"]],
+    }
+    glance = schema.build(Glance, known, where)
     finite = glance.relative_std or {}
-    return replace(glance, relative_std={name: finite.get(name, math.inf) for name in std})
+    return replace(glance, relative_std=std and {name: finite.get(name, math.inf) for name in std})
 
 
 def _without_null(data: dict[str, Any]) -> dict[str, Any]:
-    """Drop null values: they stand for numbers that JSON can't represent."""
     return {key: value for key, value in data.items() if value is not None}

@@ -107,14 +107,9 @@ class RecordedThere:
         """The folder of the flight that begins now: the recording goes on in it. Raises LinkError, LogError."""
         _, present = orders.next_dive(self.crew.clock, time.sleep)
         folder = self._folder = DiveFolder(present)
-        folder.change(
-            lambda about: replace(
-                about,
-                vehicle_file=self._about.vehicle_file,
-                vehicle_sha256=self._about.vehicle_sha256,
-                configuration=self._about.configuration,
-            )
-        )
+        of_vehicle = ("vehicle_file", "vehicle_sha256", "configuration")
+        flown = {name: getattr(self._about, name) for name in of_vehicle}
+        folder.change(lambda about: replace(about, **flown))
         return folder
 
     def end(self, words: str) -> None:

@@ -306,8 +306,8 @@ def _shown(jobs: Sequence[_Job]) -> Iterator[tuple[Tell, ...]]:
         yield tuple(Tell(job.of, tell_program) for job in jobs)
         return
     if not console.is_terminal:
-        lines = _lines if len(jobs) == 1 else _named_lines
-        yield tuple(Tell(job.of, lines(console, job, SystemClock())) for job in jobs)
+        among = len(jobs) > 1
+        yield tuple(Tell(job.of, _lines(console, job, SystemClock(), among_others=among)) for job in jobs)
         return
     shown = Progress(
         TextColumn("{task.description}", markup=False),
@@ -334,28 +334,18 @@ def _bar(shown: Progress, job: _Job) -> Callable[[Report], None]:
     return lambda report: shown.update(task, completed=report.share, description=job.words(report))
 
 
-def _lines(console: Console, job: _Job, clock: Clock) -> Callable[[Report], None]:
-    printed_s = clock.boot_s()
-
-    def show(report: Report) -> None:
-        nonlocal printed_s
-        if clock.boot_s() - printed_s >= LINE_EVERY_S:
-            printed_s = clock.boot_s()
-            console.print(f"{report.share:4.0%} {job.words(report)}", soft_wrap=True)
-
-    return show
-
-
-def _named_lines(console: Console, job: _Job, clock: Clock) -> Callable[[Report], None]:
-    """Print a job's words and share when it ends, and before that once a tenth, at most every few seconds."""
+def _lines(console: Console, job: _Job, clock: Clock, *, among_others: bool) -> Callable[[Report], None]:
+    """Print a job's words and share every few seconds at most; one among others when it ends, and once a tenth."""
     printed_s, tenth = clock.boot_s(), 0
 
     def show(report: Report) -> None:
         nonlocal printed_s, tenth
-        reached = int(10 * report.share + 1e-9)
-        if reached > tenth and (report.share >= 1.0 or clock.boot_s() - printed_s >= LINE_EVERY_S):
+        reached, is_due = int(10 * report.share + 1e-9), clock.boot_s() - printed_s >= LINE_EVERY_S
+        if (reached > tenth and (report.share >= 1.0 or is_due)) if among_others else is_due:
             printed_s, tenth = clock.boot_s(), reached
-            console.print(f"{job.words(report)} ({report.share:.0%})", soft_wrap=True)
+            words = job.words(report)
+            line = f"{words} ({report.share:.0%})" if among_others else f"{report.share:4.0%} {words}"
+            console.print(line, soft_wrap=True)
 
     return show
 

@@ -25,12 +25,12 @@ from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import blocks, paragraph, table
 from bridge.clock import SystemClock
 from bridge.errors import LinkError, LinkTimeout
-from bridge.links.open import open_link
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.recording.state import held
 from gcs_plugin.watch.watcher import Watcher
+from tui import links
 from tui.app import recorder
 from tui.app.app import SeatrialApp
 from tui.app.desk import Desk
@@ -75,7 +75,7 @@ def by_the_recording() -> Station:
     """The app's station for the vehicle that is being recorded."""
     clock = SystemClock()
     return Station(
-        LinkSource(lambda: open_link(recorder.hub()), "hub", clock),
+        LinkSource(lambda: links.of_recording(links.holding_now()), "hub", clock),
         Watcher(load_vehicle(VEHICLE)),
         clock,
         recorder.recording,

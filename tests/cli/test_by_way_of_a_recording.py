@@ -230,9 +230,8 @@ def test_a_note_of_another_dive_takes_the_place_of_its_notes(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("words", "why"), [(["a"], "no recording runs"), (["\x1b", " "], "without a word")])
-def test_a_note_that_can_not_be_kept_is_said(words, why, capsys):
-    assert cli.main(["note", *words]) == exit_codes.BAD_INPUT
-    assert why in capsys.readouterr().err
+def test_a_note_that_can_not_be_kept_is_said(words, why, refused):
+    assert why in refused("note", *words)
 
 
 class Recording:
@@ -339,9 +338,8 @@ def test_beside_another_recording_the_first_stays_the_one_that_others_learn_of(
 
 
 @pytest.mark.parametrize("port", ["-1", "65536", "any", ""])
-def test_a_hub_on_a_port_that_is_none_is_wrong_usage(port, capsys):
-    assert cli.main(["record", "--link", LINK, f"--hub={port}"]) == exit_codes.BAD_INPUT
-    assert "no port from 0 to 65535, and not none" in capsys.readouterr().err
+def test_a_hub_on_a_port_that_is_none_is_wrong_usage(port, refused):
+    assert "no port from 0 to 65535, and not none" in refused("record", "--link", LINK, f"--hub={port}")
 
 
 def test_a_state_that_can_not_be_written_is_said_once_and_the_recording_goes_on(

@@ -128,11 +128,9 @@ def files(tmp_path_factory):
     return folder
 
 
-def refused(folder, check, capsys):
-    """The refusal of a check dive."""
-    words = ("diagnose", folder / "dive.tlog", "--vehicle", folder / "vehicle.yaml", "--check", check)
-    assert cli.main([*map(str, words)]) == exit_codes.BAD_INPUT
-    return " ".join(capsys.readouterr().err.split())
+def of(files, option, *words, recording="dive.tlog"):
+    """Diagnose the dive, or another recording here, with one more option."""
+    return ("diagnose", files / recording, "--vehicle", files / "vehicle.yaml", option, *words)
 
 
 def made(path, data):
@@ -140,33 +138,31 @@ def made(path, data):
     return path
 
 
-def test_a_check_dive_that_is_the_dive_is_refused_by_whatever_name(files, tmp_path, capsys):
+def test_a_check_dive_that_is_the_dive_is_refused_by_whatever_name(files, tmp_path, refused):
     data = (files / "dive.tlog").read_bytes()
     copy, packed = made(tmp_path / "copy.tlog", data), made(tmp_path / "c.tlog.gz", gzip.compress(data))
     for same in (files / "dive.tlog", copy, packed):
-        said = refused(files, same, capsys)
+        said = refused(*of(files, "--check", same))
         assert f"the check dive {same}: {SAME} {files / 'dive.tlog'}" in said
         assert "give another dive" in said
 
 
-def test_a_piece_of_the_dive_is_refused_wherever_it_was_cut(files, tmp_path, capsys):
+def test_a_piece_of_the_dive_is_refused_wherever_it_was_cut(files, tmp_path, refused):
     data = (files / "dive.tlog").read_bytes()
     beginning = made(tmp_path / "beginning.tlog", data[: len(data) * 9 // 10 + 3])
     end = made(tmp_path / "end.tlog", data[len(data) // 3 :])
     for piece in (beginning, end):
-        assert f"the check dive {piece}: {PIECE} " in refused(files, piece, capsys)
+        assert f"the check dive {piece}: {PIECE} " in refused(*of(files, "--check", piece))
 
 
-def test_what_is_wrong_with_the_check_dive_is_told_of_the_check_dive(files, tmp_path, capsys):
+def test_what_is_wrong_with_the_check_dive_is_told_of_the_check_dive(files, tmp_path, refused):
     empty = made(tmp_path / "empty.tlog", b"")
-    assert f"the check dive {empty}: is empty" in refused(files, empty, capsys)
+    assert f"the check dive {empty}: is empty" in refused(*of(files, "--check", empty))
     case = draw_case(300051, names=[], seconds=70.0)
     long = made(tmp_path / "long.tlog", tlog_of(dive_of(case)))
     start_s = check_of(case).span_s[0]
     short = made(tmp_path / "short.tlog", tlog_of(check_of(case).between(start_s, start_s + 5.0)))
-    words = ("diagnose", long, "--vehicle", files / "vehicle.yaml", "--check", short)
-    assert cli.main([*map(str, words)]) == exit_codes.NO
-    said = " ".join(capsys.readouterr().err.split())
+    said = refused(*of(files, "--check", short, recording=long), code=exit_codes.NO)
     assert f"the check dive {short}: lasts 4 s, too short to tell one cause from another" in said
 
 
@@ -298,15 +294,12 @@ def test_what_is_left_out_is_tried_in_neither_recording(files, monkeypatch):
 
 
 def test_runs_of_one_push_and_a_simulator_that_can_not_be_read_are_refused_by_name(
-    files, monkeypatch, capsys
+    files, monkeypatch, capsys, refused
 ):
     lost = files / "nosuch.tlog"
-    words = ("diagnose", files / "dive.tlog", "--vehicle", files / "vehicle.yaml", "--against")
-    assert cli.main([*map(str, (*words, lost))]) == exit_codes.BAD_INPUT
-    assert f"{lost}: no such file" in " ".join(capsys.readouterr().err.split())
+    assert f"{lost}: no such file" in refused(*of(files, "--against", lost))
     (files / "half.tlog").write_bytes(b"no frames")
-    assert cli.main([*map(str, (*words, files / "half.tlog"))]) == exit_codes.BAD_INPUT
-    assert f"the simulator's {files / 'half.tlog'}: " in " ".join(capsys.readouterr().err.split())
+    assert f"the simulator's {files / 'half.tlog'}: " in refused(*of(files, "--against", files / "half.tlog"))
     monkeypatch.setattr("tui.commands.diagnose.repeats", lambda dive, *_: dive.name == "dive")
     assert held_against(files) == exit_codes.NO
     said = " ".join(capsys.readouterr().err.split())
@@ -318,12 +311,6 @@ def test_runs_of_one_push_and_a_simulator_that_can_not_be_read_are_refused_by_na
 def test_what_tells_of_the_vehicle_alone_is_refused_beside_a_simulator(files, tmp_path, capsys, option):
     assert held_against(files, option, tmp_path / "other.param") == exit_codes.BAD_INPUT
     assert f"{option} tells of the vehicle, --against of a simulator" in capsys.readouterr().err
-
-
-def refusal(files, recording, capsys, *more):
-    """Exit code, and all output on one line."""
-    code = cli.main(["diagnose", str(recording), "--vehicle", str(files / "vehicle.yaml"), *more])
-    return code, " ".join(capsys.readouterr().err.split())
 
 
 def cut_off(data):
@@ -338,20 +325,17 @@ def cut_off(data):
         ("dive.tlog.gz", cut_off, "ends in the middle of a record, and what comes before lasts "),
     ],
 )
-def test_a_recording_is_said_to_be_short_or_to_be_cut(files, tmp_path, capsys, name, kept, words):
+def test_a_recording_is_said_to_be_short_or_to_be_cut(files, tmp_path, refused, name, kept, words):
     dive = dive_of(CASE)
     start_s = dive.span_s[0]
     (tmp_path / name).write_bytes(kept(tlog_of(dive.between(start_s, start_s + 18.0))))
-    code, said = refusal(files, tmp_path / name, capsys)
-    assert code == exit_codes.NO
-    assert f"{tmp_path / name}: {words}" in said
+    line = ("diagnose", tmp_path / name, "--vehicle", files / "vehicle.yaml")
+    assert f"{tmp_path / name}: {words}" in refused(*line, code=exit_codes.NO)
 
 
-def test_a_column_map_is_refused_where_no_recording_is_a_table(files, capsys):
-    dive = files / "dive.tlog"
-    code, said = refusal(files, dive, capsys, "--columns", "nosuch")
-    assert code == exit_codes.BAD_INPUT
-    assert f"--columns nosuch: {dive} needs no column map; leave it out" in said
+def test_a_column_map_is_refused_where_no_recording_is_a_table(files, refused):
+    needs_none = f"--columns nosuch: {files / 'dive.tlog'} needs no column map; leave it out"
+    assert needs_none in refused(*of(files, "--columns", "nosuch"))
 
 
 FILE = load_vehicle("ruvifist:survey")

@@ -229,6 +229,5 @@ def test_without_a_link_thrust_table_and_ports_of_the_devices_are_looked_for(
     assert why in output[failed]["sentence"]
 
 
-def test_nothing_to_check_is_wrong_usage(capsys):
-    assert cli.main(["doctor"]) == exit_codes.BAD_INPUT
-    assert "--vehicle FILE, --link SPEC" in capsys.readouterr().err
+def test_nothing_to_check_is_wrong_usage(refused):
+    assert "--vehicle FILE, --link SPEC" in refused("doctor")

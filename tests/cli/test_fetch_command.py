@@ -142,14 +142,11 @@ def test_over_a_signed_link_it_takes_the_key_and_the_dive_that_it_makes_is_not_s
     assert "another key" in capsys.readouterr().err
 
 
-def test_what_can_not_be_meant_is_refused(tmp_path, capsys):
+def test_what_can_not_be_meant_is_refused(tmp_path, refused):
     out = ["--out", str(tmp_path), "--link", "udpin:127.0.0.1:14550"]
-    assert cli.main(["fetch", *out]) == exit_codes.BAD_INPUT
-    assert "holds no dive to make whole" in capsys.readouterr().err
-    assert cli.main(["fetch", str(tmp_path), "--new", *out]) == exit_codes.BAD_INPUT
-    assert "--new makes a folder of its own" in capsys.readouterr().err
-    assert cli.main(["fetch", "--minutes", "3", *out]) == exit_codes.BAD_INPUT
-    assert "--minutes is for --new" in capsys.readouterr().err
+    assert "holds no dive to make whole" in refused("fetch", *out)
+    assert "--new makes a folder of its own" in refused("fetch", tmp_path, "--new", *out)
+    assert "--minutes is for --new" in refused("fetch", "--minutes", "3", *out)
 
 
 def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_path):

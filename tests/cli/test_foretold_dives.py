@@ -43,12 +43,8 @@ def test_a_named_file_says_what_was_foretold_and_of_what(tmp_path):
     foretold = foretellings(kept(tmp_path / "mended.param", ABOUT), tmp_path, FILE)(
         DIVE, Mode.BOTH, "hovering"
     )
-    assert (foretold.vehicle, foretold.configuration, foretold.dive, foretold.sha256) == (
-        "ruvifist",
-        "hovering",
-        "lake",
-        "ab",
-    )
+    of = (foretold.vehicle, foretold.configuration, foretold.dive, foretold.sha256)
+    assert of == ("ruvifist", "hovering", "lake", "ab")
     assert (foretold.dived, foretold.effects, foretold.rows) == (ABOUT.dived, ("weak thruster 1",), (ROW,))
 
 

@@ -55,11 +55,10 @@ def test_without_a_name_the_map_is_named_after_the_log(log):
 
 
 @pytest.mark.parametrize("words", [["--map", "columns.yaml"], ["--map"]])
-def test_it_never_writes_over_a_file(words, log, capsys):
+def test_it_never_writes_over_a_file(words, log, refused):
     for name in ("columns.yaml", "tank-columns.yaml"):
         (log.parent / name).write_text("mine", encoding="utf-8")
-    assert cli.main(["import", str(log), *words]) == exit_codes.BAD_INPUT
-    assert "never overwritten" in capsys.readouterr().err
+    assert "never overwritten" in refused("import", log, *words)
     assert (log.parent / "columns.yaml").read_text(encoding="utf-8") == "mine"
     assert (log.parent / "tank-columns.yaml").read_text(encoding="utf-8") == "mine"
 
@@ -94,16 +93,14 @@ def test_a_mapped_import_names_what_contradicts_physics_and_the_edit_of_the_map(
     assert json.loads(capsys.readouterr().out)["contradictions"] == []
 
 
-def test_options_that_need_the_map_first_are_refused_beside_it(log, capsys):
-    assert cli.main(["import", str(log), "--map", "columns.yaml", "--out", "dive"]) == exit_codes.BAD_INPUT
-    assert "--out: has no use with --map" in capsys.readouterr().err
+def test_options_that_need_the_map_first_are_refused_beside_it(log, refused):
+    assert "--out: has no use with --map" in refused("import", log, "--map", "columns.yaml", "--out", "dive")
     assert not (log.parent / "columns.yaml").exists()
 
 
-def test_a_file_that_is_no_table_is_refused_in_a_sentence(tmp_path, capsys):
+def test_a_file_that_is_no_table_is_refused_in_a_sentence(tmp_path, refused):
     (tmp_path / "notes.txt").write_text("hello", encoding="utf-8")
-    assert cli.main(["import", str(tmp_path / "notes.txt"), "--map"]) == exit_codes.BAD_INPUT
-    assert "give a .csv" in capsys.readouterr().err
+    assert "give a .csv" in refused("import", tmp_path / "notes.txt", "--map")
 
 
 def test_a_course_is_drawn_from_its_lowest_to_its_highest_mean():

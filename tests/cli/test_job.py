@@ -23,12 +23,8 @@ def dive(tmp_path_factory, request):
     folder = tmp_path_factory.mktemp("dive")
     (folder / "dive.tlog").write_bytes(tlog_of(dive_of(case)))
     (folder / "vehicle.yaml").write_text(case.vehicle.text, encoding="utf-8")
-    return (
-        "identify",
-        str(folder / "dive.tlog"),
-        "--vehicle",
-        f"{folder / 'vehicle.yaml'}:{case.configuration}",
-    )
+    vehicle = f"{folder / 'vehicle.yaml'}:{case.configuration}"
+    return ("identify", str(folder / "dive.tlog"), "--vehicle", vehicle)
 
 
 def ran(*words):
@@ -41,11 +37,7 @@ def test_what_a_program_is_told_it_reads_back():
         Report("pinn", 0.25, "pass 2", values={"M_u": (110.5, 3.1), "D_r": (-0.02, 1e-5)}),
         Report("pinn", 1.0, "answered", answered=True),
         Report(
-            "writing",
-            0.5,
-            "M_U",
-            stage="STAGE",
-            written=Written("FF1_M_U", "applied", "111.52 read back equal"),
+            "writing", 0.5, "M_U", stage="STAGE", written=Written("FF1_M_U", "applied", "read back equal")
         ),
         Report("unkept", 1.0, "the disk is full", result={"a": [1, None]}),
     ):
@@ -189,7 +181,7 @@ def test_cancelling_ends_the_process_and_leaves_no_file(dive, tmp_path, monkeypa
 
 
 def test_a_result_that_was_cut_off_is_none(tmp_path):
-    from tui.app.jobs import _json
+    from tui.app.jobs import json_in
 
     (tmp_path / "r.json").write_text(json.dumps({"a": 1})[:-1], encoding="utf-8")
-    assert _json(tmp_path / "r.json") is None
+    assert json_in(tmp_path / "r.json") is None

@@ -44,17 +44,8 @@ class Crew:
     def dive(self, mode, seed):
         report = self.folder / "dived.json"
         line = ("simulate", "--vehicle", f"{self.file}:hovering", "--mission", "validation", "--mode", mode)
-        self.type(
-            *line,
-            "--seed",
-            seed,
-            "--out",
-            self.folder / "dives",
-            "--parameters",
-            self.memory,
-            "--json",
-            report,
-        )
+        places = ("--out", self.folder / "dives", "--parameters", self.memory, "--json", report)
+        self.type(*line, "--seed", seed, *places)
         return json.loads(report.read_text(encoding="utf-8"))["folder"]
 
     def upload(self, source, *more, code=exit_codes.DONE):

@@ -91,6 +91,5 @@ def test_a_dive_goes_on_in_the_next_before_its_file_is_larger_than_any_that_is_r
     assert said.count("it goes on in the next dive") == said.count("the next dive goes into")
 
 
-def test_what_to_do_must_be_said(capsys):
-    assert cli.main(["record"]) == exit_codes.BAD_INPUT
-    assert "--link --next --end" in capsys.readouterr().err
+def test_what_to_do_must_be_said(refused):
+    assert "--link --next --end" in refused("record")

@@ -1,5 +1,7 @@
 """`params` and its files: where values come from, what is doubted in them, and files of another vehicle."""
 
+from functools import partial
+
 import params_line
 import pytest
 from fakes.vehicle import VEHICLE
@@ -88,31 +90,7 @@ def test_files_that_this_program_writes_say_of_which_vehicle_they_are(file, tmp_
     assert {system_of(path) for path in (shown, before, accepted)} == {1}
 
 
-OTHER = {"vehicle": {"name": "otter", "sha256": "0"}}
 CHANGED = {"vehicle": {"name": "hovering", "sha256": "0"}}
-
-
-@pytest.mark.parametrize("action", ["diff", "upload"])
-def test_what_was_identified_of_another_vehicle_is_refused(vehicle, tmp_path, action, capsys):
-    path = identified(tmp_path, **OTHER)
-    assert run(action, path, "--vehicle", VEHICLE) == exit_codes.BAD_INPUT
-    assert "is of vehicle 'otter'" in capsys.readouterr().err
-    assert vehicle.server.value("FF1_M_U") == 0.0
-
-
-def test_what_was_saved_of_another_vehicle_is_refused_unless_on_purpose(vehicle, tmp_path, capsys):
-    path = tmp_path / "saved.params"
-    write_parameters(path, {"FF1_M_U": 112.0, "FF1_D_U": 56.0}, system=7, component=191)
-    assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
-    assert "saved from vehicle 7, this is vehicle 1; nothing was sent" in capsys.readouterr().err
-    write_sidecar(
-        path, Sidecar("ab", "cd", "hovering", "likelihood", "0.1", {}, "hovering", "lake", "converged")
-    )
-    assert run("upload", str(path), "--yes") == exit_codes.BAD_INPUT
-    assert "saved from vehicle 7" in capsys.readouterr().err
-    assert vehicle.server.value("FF1_M_U") == 0.0
-    assert run("upload", str(path), "--yes", "--any-vehicle") == exit_codes.DONE
-    assert vehicle.server.value("FF1_M_U") == 112.0
 
 
 def test_a_vehicle_file_that_has_changed_since_is_a_warning(vehicle, tmp_path, capsys):
@@ -120,21 +98,6 @@ def test_a_vehicle_file_that_has_changed_since_is_a_warning(vehicle, tmp_path, c
     assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.DONE
     assert "has changed since" in capsys.readouterr().out
     assert vehicle.server.active(1)["M_u"] == 112.0
-
-
-def test_an_identification_of_another_configuration_than_named_is_refused(vehicle, tmp_path, capsys):
-    path = identified(tmp_path, configuration="survey")
-    assert run("upload", path, "--vehicle", f"{VEHICLE}:hovering", "--yes") == exit_codes.BAD_INPUT
-    assert "is of configuration 'survey'" in capsys.readouterr().err
-    assert vehicle.server.value("FF1_M_U") == 0.0
-
-
-def test_a_parameter_file_of_another_vehicle_than_the_one_given_is_refused(vehicle, file, capsys):
-    with_sidecar(file, "converged")
-    assert run("upload", file, "--vehicle", VEHICLE, "--yes") == exit_codes.BAD_INPUT
-    assert "is of vehicle 'ruvifist'" in capsys.readouterr().err
-    assert vehicle.server.active(1) == {}
-    assert run("upload", file, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
 
 
 def without_sidecar(tmp_path, vehicle, configuration="hovering"):
@@ -148,13 +111,43 @@ def without_sidecar(tmp_path, vehicle, configuration="hovering"):
     return str(path)
 
 
-def test_a_file_without_its_sidecar_that_names_another_vehicle_is_refused(vehicle, tmp_path, capsys):
-    path = without_sidecar(tmp_path, "otherboat")
-    assert run("upload", path, "--vehicle", VEHICLE, "--yes") == exit_codes.BAD_INPUT
-    assert "is of vehicle 'otherboat', and" in " ".join(capsys.readouterr().err.split())
+def saved(tmp_path, *, beside=False):
+    """What vehicle 7 held, with a sidecar `beside` it or none."""
+    path = tmp_path / "saved.params"
+    write_parameters(path, {"FF1_M_U": 112.0, "FF1_D_U": 56.0}, system=7, component=191)
+    if beside:
+        about = Sidecar("ab", "cd", "hovering", "likelihood", "0.1", {}, "hovering", "lake", "converged")
+        write_sidecar(path, about)
+    return str(path)
+
+
+def of_another_boat(tmp_path):
+    path = tmp_path / "new.param"
+    with_sidecar(path, "converged")
+    return str(path)
+
+
+@pytest.mark.usefixtures("file")
+@pytest.mark.parametrize(
+    ("make", "why"),
+    [
+        (partial(identified, vehicle={"name": "otter", "sha256": "0"}), "is of vehicle 'otter'"),
+        (partial(identified, configuration="survey"), "is of configuration 'survey'"),
+        (of_another_boat, "is of vehicle 'ruvifist'"),
+        (partial(without_sidecar, vehicle="otherboat"), "is of vehicle 'otherboat', and"),
+        (saved, "saved from vehicle 7, this is vehicle 1; nothing was sent"),
+        (partial(saved, beside=True), "saved from vehicle 7"),
+    ],
+)
+@pytest.mark.parametrize("action", ["diff", "upload"])
+def test_a_file_of_another_vehicle_is_refused_unless_on_purpose(vehicle, tmp_path, capsys, make, why, action):
+    line = (make(tmp_path), "--vehicle", f"{VEHICLE}:hovering")
+    assert run(action, *line) == exit_codes.BAD_INPUT
+    assert why in " ".join(capsys.readouterr().err.split())
     assert vehicle.server.value("FF1_M_U") == 0.0
-    assert run("upload", path, "--vehicle", VEHICLE, "--yes", "--any-vehicle") == exit_codes.DONE
-    assert "warning:" in capsys.readouterr().out
+    assert run("upload", *line, "--yes", "--any-vehicle") == exit_codes.DONE
+    assert vehicle.server.value("FF1_M_U") > 0.0
+    assert ("warning:" in capsys.readouterr().out) == (make is not saved)
 
 
 def test_a_roll_back_takes_the_vehicle_file_as_an_upload_does_and_refuses_what_another_vehicle_held(

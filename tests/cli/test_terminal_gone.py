@@ -7,13 +7,10 @@ import subprocess
 import sys
 from contextlib import suppress
 
-import pytest
 from fakes.processes import ROOT, SOON_S, TalkingVehicle
 from waiting import until
 
 from bridge import exit_codes
-from bridge.clock import SystemClock
-from bridge.command_line import until_stopped
 
 
 class InTerminal:
@@ -54,15 +51,8 @@ class InTerminal:
 
 def test_a_recording_whose_terminal_goes_away_is_ended_and_counted(tmp_path):
     vehicle = TalkingVehicle()
-    options = [
-        "--link",
-        vehicle.link,
-        "--out",
-        str(tmp_path / "dives"),
-        "--json",
-        str(tmp_path / "counts.json"),
-    ]
-    recorder = InTerminal("record", *options)
+    places = ("--out", str(tmp_path / "dives"), "--json", str(tmp_path / "counts.json"))
+    recorder = InTerminal("record", "--link", vehicle.link, *places)
     recorder.until(b"recording into")
     until(lambda: any(path.stat().st_size for path in tmp_path.glob("dives/*/telemetry.tlog")))
     assert recorder.goes_away() == exit_codes.DONE
@@ -86,19 +76,3 @@ def test_a_verb_whose_standard_output_is_closed_does_its_work_all_the_same(tmp_p
     done = subprocess.run([*closed, sys.executable, "-m", "tui", *line], cwd=ROOT, check=False)
     assert done.returncode == exit_codes.DONE
     assert (tmp_path / "dives.json").exists()
-
-
-@pytest.mark.parametrize(("before", "stopped"), [(signal.SIG_DFL, True), (signal.SIG_IGN, False)])
-def test_a_hangup_stops_what_runs_but_what_nohup_began(before, stopped):
-    seen = []
-
-    def work(stop):
-        os.kill(os.getpid(), signal.SIGHUP)
-        seen.append(stop.wait(SOON_S if stopped else 0.1))
-
-    kept = signal.signal(signal.SIGHUP, before)
-    try:
-        until_stopped(work, SystemClock(), None, lambda _: None)
-    finally:
-        signal.signal(signal.SIGHUP, kept)
-    assert seen == [stopped]

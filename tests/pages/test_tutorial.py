@@ -179,13 +179,8 @@ def test_the_tutorial_works_word_for_word_with_the_app_open_throughout(typist, a
     app.until("DIVE OVER", "REC 00:", without=("LINK LOST",))
     typist.finish(terminal)
     typist.end("terminal 1")
-    app.until(
-        "DIVE OVER",
-        "nothing is recorded",
-        "is over after",
-        "Ctrl-G records the next",
-        without=("no recording runs",),
-    )
+    over = ("DIVE OVER", "nothing is recorded", "is over after", "Ctrl-G records the next")
+    app.until(*over, without=("no recording runs",))
     says("Key `2`, *Dives*")
     app.keys("2")
     app.until("-first", "NEXT  i  identify")

@@ -3,7 +3,10 @@
 import math
 from pathlib import Path
 
+from pymavlink.dialects.v20 import ardupilotmega as dialect
+
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
+from bridge.wire.framing import Encoder
 
 BEGAN_UNIX_S = 1_795_236_720.0  # 2026-11-21 04:52 UTC
 OUT = Path("dives")
@@ -44,6 +47,12 @@ def dive(name, hours_earlier=0.0, **changed):
         "learnt": [],
         "worked_on": [],
     } | changed
+
+
+def record(path, *unix_s):
+    """A recording with a heartbeat at each of these times."""
+    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3))
+    path.write_bytes(b"".join(round(1e6 * stamp).to_bytes(8, "big") + frame for stamp in unix_s))
 
 
 DECK = dive(

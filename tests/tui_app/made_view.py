@@ -138,6 +138,15 @@ class FixedViews:
         self.forced = 0
         self.periods_s = []
 
+    def then(self, shown):
+        """A step after which the app is shown this, and looks."""
+
+        def step(app):
+            self.shown = shown
+            app._refresh_view()
+
+        return step
+
     def view(self):
         return self.shown
 

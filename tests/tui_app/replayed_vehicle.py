@@ -3,7 +3,9 @@
 import math
 import socket
 import threading
+from functools import partial
 
+from fakes import ports
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SystemClock
@@ -96,7 +98,4 @@ class ReplayedVehicle:
         self.link.write(self._encoder.encode(value))
 
 
-def free_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
+free_port = partial(ports.free_port, socket.SOCK_DGRAM)

@@ -7,6 +7,7 @@ at once. Keep anew, after looking: SEATRIAL_KEEP_SCREENS=1.
 import asyncio
 import os
 from functools import partial
+from inspect import isawaitable
 from pathlib import Path
 
 from made_view import FixedViews
@@ -101,7 +102,8 @@ async def play(app, pilot, *steps):
             assert (step in flat(app)) is isinstance(step, Sees), text(app)
             continue
         if callable(step):
-            assert step(app) is not False, text(app)
+            answer = step(app)
+            assert (await answer if isawaitable(answer) else answer) is not False, text(app)
         else:
             await pressed(pilot, step)
         await at_rest(app, pilot)
@@ -120,6 +122,11 @@ def played(desk, *steps, size=NARROW, views=None, **options):
 def said(app):
     """The notices that the app shows, or showed."""
     return [notice.message for notice in app._notifications]
+
+
+async def worked(app):
+    """A step that waits until the app has done what it was told."""
+    await app.workers.wait_for_complete()
 
 
 def shows(screen):

@@ -8,14 +8,13 @@ from dataclasses import asdict
 
 import pytest
 from fake_verbs import FakeVerbs
-from pymavlink.dialects.v20 import ardupilotmega as dialect
+from made_dives import record
 
 from bridge import exit_codes, schema
 from bridge.errors import ConfigError
 from bridge.plain import plain
 from bridge.reports import Report
 from bridge.vehicle.config import CONFIGS
-from bridge.wire.framing import Encoder
 from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.params.last_accepted import keep_accepted
 from gcs_plugin.params.receipt import RECEIPT, Line, Receipt, path_of
@@ -135,11 +134,9 @@ def test_the_dive_that_is_meant_is_chosen_until_another_is_there(tmp_path):
 
 
 def test_the_newest_is_the_one_that_began_last_whatever_the_folders_are_called(tmp_path):
-    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
     names = "2026-11-20T1645Z-validation-shadow", "2026-11-20T1645Z-validation-both", "b-off", "a-off"
     for second, name in enumerate(names):
-        telemetry = dive(tmp_path, name) / "telemetry.tlog"
-        telemetry.write_bytes(((1_795_165_923 + second) * 1_000_000).to_bytes(8, "big") + frame)
+        record(dive(tmp_path, name) / "telemetry.tlog", 1_795_165_923 + second)
     desk = Desk(out=tmp_path)
     assert desk.chosen() == tmp_path / "a-off"
     assert [path.name for path in check_dives(desk, desk.chosen())] == list(reversed(names[:-1]))
@@ -147,11 +144,9 @@ def test_the_newest_is_the_one_that_began_last_whatever_the_folders_are_called(t
 
 
 def test_a_dive_is_a_check_unless_its_stamps_say_that_it_is_too_short(tmp_path):
-    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
     for name, lasts_s in (("short", 19.0), ("long", 20.0)):
-        stamps = ((1_795_165_923 + after) * 1_000_000 for after in (0, 1, round(lasts_s)))
-        records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
-        (dive(tmp_path, name) / "telemetry.tlog").write_bytes(records)
+        stamps = (1_795_165_923 + after for after in (0, 1, lasts_s))
+        record(dive(tmp_path, name) / "telemetry.tlog", *stamps)
     assert not can_check(tmp_path / "short")
     assert can_check(tmp_path / "long")
     assert can_check(dive(tmp_path, "unknown"))

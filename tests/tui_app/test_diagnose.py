@@ -10,14 +10,12 @@ from types import SimpleNamespace
 import pytest
 from fake_verbs import FakeVerbs, let_go
 from made_diagnosis import CHECK, DIVE, OLDER, desk_with, diagnosis
-from made_dives import dive
+from made_dives import dive, record
 from made_view import FixedViews
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, play, played, resized, run, shows
 
 from bridge.reports import UNKEPT, Report
 from bridge.vehicle.forecast import ForecastRow
-from bridge.wire.framing import Encoder
 from gcs_plugin.params.sidecar import sidecar_path
 from tui.app.diagnosis import answer
 from tui.app.drawing import width
@@ -86,10 +84,7 @@ def test_it_takes_for_accepted_what_the_receipts_say_was_in_force(tmp_path):
 
 def test_a_dive_of_two_seconds_is_never_what_it_is_checked_on(tmp_path):
     desk = desk_with(tmp_path, diagnosed=False)
-    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
-    stamps = (1_795_165_923_000_000, 1_795_165_925_000_000)
-    records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
-    (tmp_path / CHECK / "telemetry.tlog").write_bytes(records)
+    record(tmp_path / CHECK / "telemetry.tlog", 1_795_165_923, 1_795_165_925)
     played(desk, "4", Sees(f"[d] diagnoses {DIVE}, checked on {OLDER}; [c] changes that."))
 
 
@@ -123,7 +118,7 @@ def test_it_is_checked_first_on_a_dive_with_the_same_values_later_before_earlier
 
 
 def test_a_diagnosis_that_is_cancelled_is_ended_and_says_so(tmp_path):
-    stopped = ("x", lambda _: None, Sees("diagnose was cancelled"), Sees("d Diagnose"))
+    stopped = ("x", lambda _: None, Sees("diagnose was stopped by you"), Sees("d Diagnose"))
     played(desk_with(tmp_path, jobs=Jobs(verb(tmp_path))), "4", "d", *stopped)
 
 

@@ -8,14 +8,12 @@ from pathlib import Path
 
 import pytest
 from fake_verbs import FakeVerbs, desk, let_go
-from made_dives import DAMAGED, DECK, DIVES, HOVERING, dive
+from made_dives import BEGAN_UNIX_S, DAMAGED, DECK, DIVES, HOVERING, dive, record
 from made_view import FixedViews, StillReplay, view
-from pymavlink.dialects.v20 import ardupilotmega as dialect
-from screen_text import NARROW, Lacks, Sees, made, plain, play, played, run, said, shows, text
+from screen_text import Lacks, Sees, made, plain, play, played, run, shows, text, worked
 from textual import events
 from textual.widgets import Input
 
-from bridge.wire.framing import Encoder
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder
 from tui.app.drawing import entry_at, width
@@ -156,16 +154,10 @@ def test_what_is_asked_for_while_the_list_is_read_opens_with_it_and_its_letters_
 def test_a_dive_stands_there_by_name_time_and_length_before_its_recording_is_read(tmp_path, dives_on_disk):
     folder, at = dives_on_disk(held=("dives",))
     at.out = tmp_path
-    frame = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3))
-    stamps = (1_795_236_720_000_000, 1_795_236_832_000_000)
-    records = b"".join(stamp.to_bytes(8, "big") + frame for stamp in stamps)
-    (folder.path / "telemetry.tlog").write_bytes(records)
-
-    def goes_on(_):
-        with (folder.path / "telemetry.tlog").open("ab") as recording:
-            recording.write((stamps[1] + 8_000_000).to_bytes(8, "big") + frame)
-
-    longer = (goes_on, "1", "2", Sees("2026-11-21 04:52 00:02:00 -- … … deck"))
+    log = folder.path / "telemetry.tlog"
+    stamps = (BEGAN_UNIX_S, BEGAN_UNIX_S + 112.0, BEGAN_UNIX_S + 120.0)
+    record(log, *stamps[:2])
+    longer = (lambda _: record(log, *stamps), "1", "2", Sees("2026-11-21 04:52 00:02:00 -- … … deck"))
     unread = (Sees("2026-11-21 04:52 00:01:52 -- … … deck"), Lacks("▶"), *longer)
     details = ("down", Sees("is being read: what it could tell comes with that"))
     played(at, "2", *unread, *details, let_go, Sees("▶ 2026-11-21 04:52 00:00:41 1.2 % ······ ······ deck"))
@@ -204,16 +196,10 @@ def test_a_dive_that_is_read_for_a_replay_takes_nobody_away_from_another_screen(
         ready.wait(60.0)
         return StillReplay()
 
-    async def work(app, pilot):
-        await play(app, pilot, "2", marked("hovering"), "r", *left)
-        ready.set()
-        await app.workers.wait_for_complete()
-        await play(app, pilot, shows(at))
-        assert (app.desk.replay is None) is bool(left)
-        return said(app)
-
     monkeypatch.setattr("tui.app.screens.dives.open_replay", read)
-    assert run(made(FixedViews(), desk=desk()), NARROW, work) == notices
+    is_read = (lambda _: ready.set(), worked, shows(at))
+    replays = (lambda app: (app.desk.replay is None) is bool(left),)
+    assert played(desk(), "2", marked("hovering"), "r", *left, *is_read, *replays) == notices
 
 
 def test_a_dive_that_is_not_begun_because_dives_was_left_is_told(dives_on_disk):
@@ -339,13 +325,8 @@ def test_a_bad_number_is_told_at_its_line_and_all_that_was_typed_stays_until_it_
         assert folder.about().conditions == Conditions()
 
     typed = ("2", "home", "home", "c", "x", "down", "down", *"40", *["down"] * 4, *"swell", Sees(why))
-    beyond = (
-        *"00",
-        "enter",
-        Sees("▲ must lie from -2 to 40 °C, it is 1100; mend it"),
-        "backspace",
-        "backspace",
-    )
+    warm = Sees("▲ must lie from -2 to 40 °C, it is 1100; mend it")
+    beyond = (*"00", "enter", warm, "backspace", "backspace")
     played(at, *typed, "enter", stays, "backspace", Lacks("no number"), *beyond, "enter")
     assert folder.about().conditions == Conditions(11.0, 35.0, 40.0, weather="swell")
 

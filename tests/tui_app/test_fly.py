@@ -160,13 +160,8 @@ def test_during_the_flight_the_intervals_are_live_and_its_end_key_is_pressed_fro
         made.held = ("calibrate",)
         app.desk.jobs.start(FLY, (*ASKED, "--armed"))
 
-    seen = (
-        Sees("m, 0.3 to 4"),
-        Sees("flies 1. surge, 16 s: 7 s left"),
-        Sees("● M_u ± 1.2 %"),
-        Sees("○ D_u ± 8 %"),
-        Sees("[x] ends it"),
-    )
+    words = ("m, 0.3 to 4", "flies 1. surge, 16 s: 7 s left", "● M_u ± 1.2 %", "○ D_u ± 8 %", "[x] ends it")
+    seen = map(Sees, words)
     steps = ("x", says("the flight is ended: it holds its place"), "x", presses(2), "1", "ctrl+f", presses(1))
     on(made, "p", flies, *seen, *steps, "ctrl+q", says("the vehicle flies; leave"), Sees("7 s left"), let_go)
 

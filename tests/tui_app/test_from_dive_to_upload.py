@@ -14,11 +14,10 @@ from screen_text import made
 from bench.operation.station import VEHICLE, _afloat, _flown, by_the_recording
 from bridge import exit_codes
 from bridge.clock import SystemClock
-from bridge.links.open import open_link
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.recording.state import held
-from tui import cli
+from tui import cli, links
 from tui.app import recorder
 from tui.app.desk import Desk
 
@@ -36,7 +35,7 @@ MOST_KEYS = 6
 
 def vehicle_holds():
     """All parameters, as somebody else reads them."""
-    with contextlib.closing(open_link(recorder.hub())) as link:
+    with contextlib.closing(links.of_recording(links.holding_now())) as link:
         client = ParameterClient(link, SystemClock())
         client.find_vehicle()
         return client.read_all()

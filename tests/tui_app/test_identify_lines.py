@@ -14,10 +14,10 @@ from gcs_plugin.params.last_accepted import AcceptedValue
 from tui.app import identification
 from tui.app.drawing import width
 from tui.app.identification import load_identified
-from tui.app.jobs import Done, JobState
+from tui.app.jobs import Done, JobState, ended
 from tui.app.screens.identify import words_for
 from tui.app.screens.identify_lines import result
-from tui.app.screens.identify_progress import Passes, converging, curves, ended, passes_of, progress
+from tui.app.screens.identify_progress import Passes, converging, curves, passes_of, progress
 from tui.dive_list import results_beside
 
 WORDS = ("identify", "dives/2026-11-21T0352Z-hovering", "--vehicle", "ruvifist")
@@ -41,17 +41,10 @@ def beside_dive(tmp_path):
 
 @pytest.mark.parametrize(
     ("ending", "title"),
-    [
-        ({"cancelled": True}, "STOPPING"),
-        ({"done": Done(exit_codes.DONE, {}, ())}, "IDENTIFIED"),
-        ({"done": Done(exit_codes.NO, {}, ())}, "IDENTIFIED"),
-        ({"done": Done(exit_codes.BAD_INPUT, None, ())}, "FAILED"),
-        ({"done": STOPPED, "cancelled": True}, "STOPPED"),
-    ],
+    [({}, "IDENTIFYING"), ({"cancelled": True}, "STOPPING"), ({"done": STOPPED}, "CURVES OF")],
 )
-def test_the_title_says_how_it_goes_or_ended(ending, title):
-    over = at_work(*passes(), answer(), answer("pinn"), began_s=10.0, ended_s=43.0, **ending)
-    (first, *_) = plain(progress(over, 99.0, 80))
+def test_the_title_says_how_it_goes_and_for_how_long(ending, title):
+    (first, *_) = plain(progress(at_work(*passes(), began_s=10.0, **ending), 43.0, 80))
     assert first.startswith(f"{title} 2026-11-21T0352Z-hovering ─")
     assert first.endswith("00:00:33")
 
@@ -187,12 +180,12 @@ def test_one_that_told_nothing_has_no_table(beside_dive):
         (at_work(done=Done(2, None, errors=("x.tlog: no such dive",))), ["x.tlog: no such dive"]),
         (at_work(done=Done(-9, None, ())), ["identify ended with exit code -9 and said nothing"]),
         (
-            at_work(done=STOPPED, ended_s=4.0, cancelled=True),
-            ["2026-11-21T0352Z-hovering: stopped by you after 00:00:04; what lay there before", "  stays"],
+            at_work(done=STOPPED, cancelled=True),
+            ["identify was stopped by you; what lay there before stays"],
         ),
         (
-            at_work(PAGE, done=STOPPED, ended_s=4.0, cancelled=True),
-            ["2026-11-21T0352Z-hovering: its page was stopped by you; its values are below"],
+            at_work(PAGE, done=STOPPED, cancelled=True),
+            ["the page of identify was stopped by you; what it found is below"],
         ),
         (at_work(done=Done(exit_codes.NO, {}, ())), []),
         (at_work(*passes()), []),
@@ -200,7 +193,7 @@ def test_one_that_told_nothing_has_no_table(beside_dive):
     ids=["failed", "silent", "stopped", "its page stopped", "over", "at work"],
 )
 def test_a_run_without_a_result_says_how_it_ended(state, words):
-    assert plain(ended(state, 80)) == words
+    assert plain(ended("identify", state, 80)) == words
 
 
 def test_the_command_line_leaves_its_results_beside_the_dive(tmp_path):

@@ -3,7 +3,6 @@
 import os
 import random
 import signal
-import socket
 import statistics
 import subprocess
 import sys
@@ -13,6 +12,7 @@ from pathlib import Path
 import pytest
 from bad_link import BadLink
 from figures import keep
+from replayed_vehicle import free_port
 from tmux import NEEDS_TMUX, ROOT, Tmux, alone
 from waiting import until
 
@@ -30,12 +30,6 @@ NEXT_DIVE_EVERY = 20
 SIZES = ((80, 24), (160, 50), (120, 30))
 SOON_S = 120.0
 PAGE_BYTES = os.sysconf("SC_PAGE_SIZE")
-
-
-def free_port():
-    with socket.socket(type=socket.SOCK_DGRAM) as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def memory_mb(pid):

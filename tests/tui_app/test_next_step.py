@@ -285,12 +285,8 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     place.validate("2026-11-21T0910Z-shadow", "shadow", True)
     place.dive("2026-11-21T0920Z-afloat", M_u=float("inf"))
     flown = place.situation()
-    assert (flown.dive, flown.after_upload, flown.flown, flown.go) == (
-        "2026-11-21T0910Z-shadow",
-        True,
-        "shadow",
-        True,
-    )
+    in_shadow = (flown.dive, flown.after_upload, flown.flown, flown.go)
+    assert in_shadow == ("2026-11-21T0910Z-shadow", True, "shadow", True)
     place.identify("2026-11-21T0910Z-shadow", value=13.0)
     assert place.situation().uploaded is False
     # What the vehicle accepted since is what the crew wanted, whichever file it came from.
@@ -347,7 +343,7 @@ def test_a_dive_flown_again_after_a_no_go_is_asked_about_with_it_and_judged_wher
     assert next_of(in_shadow.situation()).words == f"{again} was flown after a NO-GO: ask what causes it"
     for diagnosed in (again, FLOWN):
         kept = in_shadow.dives / diagnosed / "diagnosis.json"
-        in_shadow.write(kept, '{"verdict": "no_gap"}')
+        in_shadow.write(kept, json.dumps(diagnosis() | {"verdict": "no_gap"}))
         assert in_shadow.situation().departed == ""
         assert next_of(in_shadow.situation()).words == f"validate {again}"
         kept.unlink()
@@ -388,18 +384,8 @@ def test_while_a_question_is_open_the_next_step_is_its_answer_and_names_no_key(p
     # Nor does the line of keys name one that would only be typed.
     typed = [Lacks(words) for words in ("i Identify", "t Theme", "? Help")]
     live = Sees("Ctrl-X FF off")
-    played(
-        place.desk,
-        next_step,
-        "ctrl+u",
-        asked,
-        *typed,
-        live,
-        "escape",
-        next_step,
-        Sees("c Charts"),
-        views=views,
-    )
+    left = ("escape", next_step, Sees("c Charts"))
+    played(place.desk, next_step, "ctrl+u", asked, *typed, live, *left, views=views)
 
 
 def test_a_go_from_before_the_upload_raises_nothing_and_the_screen_says_so(in_shadow):
@@ -454,17 +440,11 @@ def test_an_alarm_of_an_armed_vehicle_is_what_is_to_be_done_next(place, kind, de
 def test_the_next_step_follows_an_alarm_as_soon_as_it_comes_or_goes(place):
     calm = shown(3, Armed.ARMED)
     views = FixedViews(calm)
-
-    def deep(alarms):
-        def step(_):
-            views.shown = replace(calm, picture=replace(calm.picture, alarms=alarms))
-
-        return step
-
+    deep = replace(calm, picture=replace(calm.picture, alarms=(Alarm(Kind.DEPTH, "", "x"),)))
     see_to = "see to the ALARM above first"
-    comes = (deep((Alarm(Kind.DEPTH, "", "x"),)), Sees(see_to))
+    steps = (Lacks(see_to), views.then(deep), Sees(see_to), views.then(calm), Lacks(see_to))
     # By this clock no time goes by, and nothing else is looked up anew.
-    played(place.desk, Lacks(see_to), *comes, deep(()), Lacks(see_to), views=views, clock=lambda: 0.0)
+    played(place.desk, *steps, views=views, clock=lambda: 0.0)
 
 
 def test_a_dive_judged_beside_another_counts_as_well_and_one_that_is_written_does_not_yet(in_shadow):
@@ -511,12 +491,12 @@ def test_a_diagnosed_model_is_what_is_to_be_uploaded_until_a_later_diagnosis_fin
     place.write(place.receipts / "2026-11-21T090000Z-accepted.param")
     place.validate("2026-11-21T0800Z-first", "both", True)
     dive = place.dives / "2026-11-21T0800Z-first"
-    place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
+    place.write(dive / "diagnosis.json", json.dumps(diagnosis() | {"verdict": "explained"}))
     write_parameters(dive / "diagnosed.param", {"FF0_M_U": 14.0}, ("diagnosed",), 1, 1)
     place.stamp(dive / "diagnosed.param")
     situation = place.situation()
     assert (situation.accepts, situation.uploaded, situation.verdict) == (True, False, "explained")
-    place.write(dive / "diagnosis.json", '{"verdict": "no_gap"}')
+    place.write(dive / "diagnosis.json", json.dumps(diagnosis() | {"verdict": "no_gap"}))
     again = place.situation()
     assert (again.accepts, again.uploaded, again.verdict) == (False, True, "no_gap")
 
@@ -527,7 +507,7 @@ def test_a_diagnosed_model_of_which_a_cause_was_left_out_is_uploaded_once_all_el
 ):
     dive = place.dives / "2026-11-21T0800Z-first"
     place.dive(dive.name, M_u=0.01)
-    place.write(dive / "diagnosis.json", '{"verdict": "explained"}')
+    place.write(dive / "diagnosis.json", json.dumps(diagnosis() | {"verdict": "explained"}))
     write_parameters(dive / "diagnosed.param", {"FF0_M_U": 13.0, "FF0_T1_GAIN": 0.8}, ("diagnosed",), 1, 1)
     place.stamp(dive / "diagnosed.param")
     monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda *_: {"FF0_M_U": Accepted(sent)})
@@ -611,23 +591,18 @@ def test_the_mode_is_typed_before_it_is_raised_and_with_armed_where_the_vehicle_
 def test_a_mode_is_not_raised_past_the_one_that_was_asked_about(in_shadow):
     """OFF was ordered, or the vehicle began anew, while the question stood: from off it goes to shadow alone."""
     views = FixedViews(shown(1))
-
-    def is_off(_):
-        views.shown = shown(0)
-
-    notices = played(in_shadow.desk, "ctrl+u", Sees("Type BOTH"), is_off, *"both", "enter", views=views)
+    asked = ("ctrl+u", Sees("Type BOTH"), views.then(shown(0)))
+    notices = played(in_shadow.desk, *asked, *"both", "enter", views=views)
     assert [words for words in in_shadow.verbs.words if words[0] == "ff"] == []
     assert notices[0].startswith("not raised: the vehicle is another, or in another mode")
 
 
 def test_a_mode_that_another_vehicle_would_get_than_is_on_screen_now_is_not_sent(place):
     views = FixedViews(shown(0))
-
-    def is_another(_):
-        (link,) = picture().links
-        views.shown = replace(view(), picture=replace(shown(0).picture, links=(replace(link, system=2),)))
-
-    notices = played(place.desk, "ctrl+u", Sees("vehicle 1"), is_another, *"shadow", "enter", views=views)
+    (link,) = picture().links
+    another = replace(view(), picture=replace(shown(0).picture, links=(replace(link, system=2),)))
+    asked = ("ctrl+u", Sees("vehicle 1"), views.then(another))
+    notices = played(place.desk, *asked, *"shadow", "enter", views=views)
     assert [words for words in place.verbs.words if words[0] == "ff"] == []
     assert notices[0].startswith("not raised: the vehicle is another")
 
@@ -677,18 +652,10 @@ def says(*words):
 
 def test_what_was_said_of_a_mode_goes_as_soon_as_the_vehicle_is_in_another(place):
     views = FixedViews(shown(3))
-
-    def is_in(mode):
-        def step(app):
-            views.shown = shown(mode)
-            looks_anew(app)
-
-        return step
-
     in_shadow = says("feed-forward in shadow, as the vehicle says")
     # The screen is a little behind the vehicle's answer.
-    steps = ("ctrl+y", looks_anew, in_shadow, is_in(1), in_shadow, is_in(3), says())
-    played(place.desk, *steps, views=views)
+    answered = ("ctrl+y", looks_anew, in_shadow)
+    played(place.desk, *answered, views.then(shown(1)), in_shadow, views.then(shown(3)), says(), views=views)
 
 
 def test_an_order_that_off_overruled_says_so(place):
@@ -747,13 +714,8 @@ def test_what_does_not_act_is_not_lowered_and_the_reason_is_said(place):
 def test_each_screen_says_the_next_step_and_its_keys_as_they_are_bound(place):
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     views = FixedViews(shown(0))
-    steps = (
-        Sees("NEXT 2 i identify 2026-11-21T0800Z-first"),
-        "2",
-        Sees("NEXT i identify 2026"),
-        "3",
-        Sees("NEXT 2 i"),
-    )
+    on_watch = Sees("NEXT 2 i identify 2026-11-21T0800Z-first")
+    steps = (on_watch, "2", Sees("NEXT i identify 2026"), "3", Sees("NEXT 2 i"))
     played(place.desk, *steps, views=views)
     played(place.desk, Sees("NEXT 9 i identify"), views=views, keymap={"screen.dives": "9"})
     played(place.desk, Sees("identify 2026"), Lacks("NEXT 2 i"), views=views, view_only=True)

@@ -51,14 +51,9 @@ def test_values_that_come_while_nothing_is_shown_are_compared_by_themselves(tmp_
     dive.mkdir()
     (dive / "telemetry.tlog").touch()
     vehicle = FakeVehicle()
-    played(
-        desk_of(vehicle, out=tmp_path),
-        "5",
-        Sees("nothing was identified from it yet"),
-        lambda _: (dive / PARAM.name).touch() is None,
-        Sees("7 of 7 chosen"),
-        views=views(),
-    )
+    none_yet = ("5", Sees("nothing was identified from it yet"))
+    identified = (lambda _: (dive / PARAM.name).touch(), Sees("7 of 7 chosen"))
+    played(desk_of(vehicle, out=tmp_path), *none_yet, *identified, views=views())
     assert [words[:3] for words in vehicle.words if words[0] == "params"] == [
         ("params", "diff", str(dive / PARAM.name))
     ]
@@ -196,13 +191,11 @@ def test_a_gain_that_is_not_set_is_a_gain_of_1_before_an_upload_and_after_a_roll
         Sees("on the vehicle 1 (not set) → in the file 0.791 (-21 %)"),
     )
     back = GAIN | {"present": 0.791, "target": 0.0, "low95": None, "high95": None}
-    on_screen(
-        FakeVehicle(back=plan(parameters=[back])),
-        "r",
-        "escape",
+    undone = (
         lambda app: "0.791 →      1  +26 %" in line_of(app, "FF1_T1_GAIN"),
         Sees("in the file 1 (not set)"),
     )
+    on_screen(FakeVehicle(back=plan(parameters=[back])), "r", "escape", *undone)
 
 
 @pytest.mark.parametrize("size", rest_in_soak([NARROW, WIDE, (48, 24)]))
@@ -215,14 +208,8 @@ def test_a_mass_that_is_not_set_reads_so_and_is_no_mass_of_0_kg(size):
         size=size,
     )
     back = first | {"present": first["target"], "target": 0.0, "low95": None, "high95": None}
-    on_screen(
-        FakeVehicle(back=plan(parameters=[back])),
-        "r",
-        "escape",
-        lambda app: "→ not set" in " ".join(line_of(app, first["name"]).split()),
-        Lacks("not set kg"),
-        size=size,
-    )
+    undone = (lambda app: "→ not set" in " ".join(line_of(app, first["name"]).split()), Lacks("not set kg"))
+    on_screen(FakeVehicle(back=plan(parameters=[back])), "r", "escape", *undone, size=size)
 
 
 def test_a_vehicle_that_cannot_be_read_says_why_and_what_to_do():

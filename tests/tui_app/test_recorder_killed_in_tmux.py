@@ -2,13 +2,13 @@
 
 import os
 import signal
-import socket
 import subprocess
 import sys
 import time
 from pathlib import Path
 
 import pytest
+from fakes.ports import free_port
 from tmux import NEEDS_TMUX, Tmux, alone
 
 from bridge.wire.tlog import read_tlog
@@ -21,9 +21,7 @@ SEATRIAL = (sys.executable, "-P", "-m", "tui")
 @pytest.fixture
 def vehicle(tmp_path):
     """The link of the simulated vehicle, afloat."""
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        port = probe.getsockname()[1]
+    port = free_port()
     words = ["simulate", "--vehicle", "ruvifist:hovering", "--mission", "idle"]
     with subprocess.Popen(
         [*SEATRIAL, *words, "--link", f"tcpin:127.0.0.1:{port}"],

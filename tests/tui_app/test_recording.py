@@ -9,7 +9,7 @@ import pytest
 from fake_verbs import FakeVerbs, desk
 from made_dives import DECK, DIVES, HOVERING, OUT, dive
 from made_view import FixedViews, picture, recording, view
-from screen_text import NARROW, WIDE, Lacks, Sees, made, play, played, run, said, shows, text
+from screen_text import WIDE, Lacks, Sees, played, said, shows, text, worked
 from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
@@ -23,6 +23,7 @@ from tui.app.screens.watch import WatchScreen
 from tui.app.view import Forcing
 
 SILENT = replace(view(), recording=None)
+LOST = replace(SILENT, trouble="no recording runs that could be listened to")
 OVER = "the dive deck is over after 00:12:31"
 HANGS = replace(view(), recording=replace(view().recording, written_unix_s=0.0))
 NO_RECORDING = "no recording runs that the app could speak to"
@@ -71,14 +72,7 @@ SECOND = dive("second", duration_s=3.0)
 
 def after(keys, boat, shown=None, **how):
     """What the app says once the keys were pressed, and the orders were carried out."""
-
-    async def work(app, pilot):
-        await play(app, pilot, *keys)
-        await app.workers.wait_for_complete()
-        await pilot.pause()
-        return said(app)
-
-    return run(made(FixedViews(shown), desk=boat.desk, **how), NARROW, work)
+    return played(boat.desk, *keys, worked, views=FixedViews(shown), **how)
 
 
 @pytest.mark.parametrize("key", ["ctrl+g", "ctrl+x"])
@@ -130,18 +124,10 @@ def test_without_a_link_the_dives_come_first_and_the_key_that_records_asks_for_t
         Way("udpin:127.0.0.1:14550", "a vehicle"),
         Way("serial:/dev/ttyUSB0:115200", "DVL"),
     )
-    on_top = Sees("no vehicle is connected; Ctrl-L connects one")
-    steps = [
-        shows(DivesScreen),
-        on_top,
-        "ctrl+g",
-        shows(ConnectScreen),
-        Sees("serial:/dev/ttyUSB0:115200"),
-        "down",
-        "enter",
-    ]
+    first = (shows(DivesScreen), Sees("no vehicle is connected; Ctrl-L connects one"))
+    asked = ("ctrl+g", shows(ConnectScreen), Sees("serial:/dev/ttyUSB0:115200"))
     boat.recorded = None
-    after(steps, boat, SILENT)
+    after([*first, *asked, "down", "enter"], boat, SILENT)
     assert boat.orders == [Choice("serial:/dev/ttyUSB0:115200", records=True)]
 
 
@@ -150,14 +136,8 @@ def test_a_link_that_takes_long_to_connect_takes_nobody_away_from_another_screen
     boat, connected = Boat(), threading.Event()
     boat.recorded, boat.links = None, ()
     boat.desk.connect = lambda _: connected.wait(60.0)
-
-    async def work(app, pilot):
-        await play(app, pilot, "3", "ctrl+l", shows(ConnectScreen), "enter", *keys)
-        connected.set()
-        await app.workers.wait_for_complete()
-        await play(app, pilot, shows(at))
-
-    run(made(FixedViews(SILENT), desk=boat.desk), NARROW, work)
+    chosen = ("3", "ctrl+l", shows(ConnectScreen), "enter")
+    after([*chosen, *keys, lambda _: connected.set(), worked, shows(at)], boat, SILENT)
 
 
 def test_where_a_recording_runs_it_is_watched_from_the_first_screen_on_though_not_seen_yet():
@@ -169,13 +149,8 @@ def test_where_a_recording_runs_it_is_watched_from_the_first_screen_on_though_no
 def test_a_link_may_be_typed_recorded_or_only_looked_at():
     boat, link = Boat(), "tcp:sub:5777"
     boat.desk.ways = tuple
-
-    async def work(app, pilot):
-        for keys in ("escape",), (*link, "ctrl+r"), (*link, "enter"):
-            await play(app, pilot, "ctrl+l", shows(ConnectScreen), *keys)
-            await app.workers.wait_for_complete()
-
-    run(made(FixedViews(SILENT), desk=boat.desk), NARROW, work)
+    asked = ("ctrl+l", shows(ConnectScreen))
+    after([*asked, "escape", *asked, *link, "ctrl+r", worked, *asked, *link, "enter"], boat, SILENT)
     assert boat.orders == [Choice(link, records=False), Choice(link, records=True)]
 
 
@@ -208,10 +183,7 @@ def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
     boat, views = Boat(), FixedViews(view())
     boat.desk.was_killed = lambda _: killed
 
-    def end(app):
-        app._refresh_view()
-        views.shown = replace(view(), recording=now, trouble="no recording runs that could be listened to")
-        app._refresh_view()
+    over = replace(view(), recording=now, trouble="no recording runs that could be listened to")
 
     def shows_no_alarm(app):
         top = text(app).splitlines()[0]
@@ -219,7 +191,8 @@ def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
         assert ("NOT RECORDING" in top) is killed
         assert ("no recording runs" in text(app)) is (killed or now is not None)
 
-    assert played(boat.desk, end, shows_no_alarm, views=views) == [notice]
+    steps = (views.then(view()), views.then(over), shows_no_alarm)
+    assert played(boat.desk, *steps, views=views) == [notice]
     # What the dive holds is read at once: the next step hangs on it on every screen.
     assert [words[0] for words in boat.verbs.words] == ["dives"]
 
@@ -229,25 +202,11 @@ def test_a_recording_in_which_nothing_arrived_was_no_dive_and_the_way_to_a_vehic
     boat.links, boat.recorded = (), None
     boat.desk.was_killed = lambda _: False
     views = FixedViews(nobody)
-
-    def see(shown):
-        def step(app):
-            views.shown = shown
-            app._refresh_view()
-
-        return step
-
     other = replace(recording(lasted_s=5.0, disk_left_s=math.inf), frames=0, links=("udpin:127.0.0.1:14570",))
-    notices = played(
-        boat.desk,
-        Sees("no vehicle is connected; Ctrl-L"),
-        see(replace(nobody, recording=other)),
-        Lacks("no vehicle is connected"),
-        see(nobody),
-        Lacks("DIVE OVER"),
-        Sees("no vehicle is connected; Ctrl-L"),
-        views=views,
-    )
+    says_how = Sees("no vehicle is connected; Ctrl-L")
+    is_recorded = (views.then(replace(nobody, recording=other)), Lacks("no vehicle is connected"))
+    is_over = (views.then(nobody), Lacks("DIVE OVER"))
+    notices = played(boat.desk, says_how, *is_recorded, *is_over, says_how, views=views)
     assert notices == [
         "the app follows the recording of udpin:127.0.0.1:14570 into dives/deck",
         "the recording of udpin:127.0.0.1:14570 is over; nothing arrived in it; Ctrl-L connects one",
@@ -258,54 +217,26 @@ def test_while_the_app_begins_a_recording_it_does_not_say_that_none_runs():
     boat, begun = Boat(), threading.Event()
     boat.desk.record = begun.wait
     boat.recorded = None
-    trouble = replace(SILENT, trouble="no recording runs that could be listened to")
-
-    def refresh(app):
-        app._refresh_view()
-
-    def go_on(_):
-        begun.set()
-
-    played(
-        boat.desk,
-        Sees("no recording runs"),
-        "ctrl+g",
-        refresh,
-        Sees("a recording begins"),
-        Lacks("no recording runs"),
-        go_on,
-        views=FixedViews(trouble),
-    )
+    views = FixedViews(LOST)
+    begins = (views.then(LOST), Sees("a recording begins"), Lacks("no recording runs"))
+    goes_on = (Sees("no recording runs"), "ctrl+g", *begins, lambda _: begun.set())
+    played(boat.desk, *goes_on, views=views)
 
 
 def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next_is_recorded():
     boat, views = Boat(), FixedViews(view())
     gone = tuple(replace(link, age_s=30.0, lost=True) for link in picture().links)
-    over = replace(picture(), armed=Armed.DISARMED, links=gone)
+    over = replace(view(), picture=replace(picture(), armed=Armed.DISARMED, links=gone))
 
-    def see(shown):
-        def step(app):
-            views.shown = shown
-            app._step = None
-            app._refresh_view()
+    def reads_anew(app):
+        app._step = None
+        app._refresh_view()
 
-        return step
-
-    first = (
-        see(view()),
-        see(replace(view(), picture=over)),
-        Sees("DIVE OVER"),
-        Sees("the dive is over: begin the next"),
-    )
-    second = replace(view(), picture=over, recording=replace(view().recording, folder="dives/second"))
-    after_it = (
-        see(second),
-        Sees("no vehicle heard yet"),
-        Lacks("DIVE OVER"),
-        Lacks("LINK LOST"),
-        Lacks("the dive is over: begin"),
-    )
-    played(boat.desk, *first, *after_it, see(view()), Lacks("DIVE OVER"), views=views)
+    is_over = (views.then(over), reads_anew, Sees("DIVE OVER"), Sees("the dive is over: begin the next"))
+    second = views.then(replace(over, recording=replace(view().recording, folder="dives/second")))
+    gone_by = map(Lacks, ("DIVE OVER", "LINK LOST", "the dive is over: begin"))
+    follows = (second, reads_anew, Sees("no vehicle heard yet"), *gone_by)
+    played(boat.desk, *is_over, *follows, views.then(view()), Lacks("DIVE OVER"), views=views)
 
 
 @pytest.mark.parametrize(("key", "shown"), [("ctrl+g", SILENT), ("ctrl+g", HANGS), ("ctrl+x", HANGS)])
@@ -324,15 +255,8 @@ def test_an_app_that_records_nothing_says_how_it_would():
 def said_after(*recordings, killed=False):
     """What the app says while these recordings are seen one after the other; `killed`: none ended in order."""
     views = FixedViews(view())
-
-    def see(recording):
-        def step(app):
-            views.shown = replace(view(), recording=recording)
-            app._refresh_view()
-
-        return step
-
-    return played(desk(was_killed=lambda _: killed), *map(see, recordings), views=views)
+    steps = (views.then(replace(view(), recording=recording)) for recording in recordings)
+    return played(desk(was_killed=lambda _: killed), *steps, views=views)
 
 
 def test_a_warning_goes_once_it_holds_no_longer():
@@ -367,35 +291,16 @@ RUNS, DEAD = replace(view(), forcing=ASKED), replace(SILENT, forcing=ASKED)
 )
 def test_the_off_key_begins_one_recording_where_that_dies_before_off_is_acknowledged(seen, keys, times):
     boat, views = Boat(), FixedViews(seen[0])
-
-    async def work(app, pilot):
-        await play(app, pilot, "ctrl+x", *keys)
-        for shown in (*seen[1:], seen[-1]):
-            views.shown = shown
-            app._refresh_view()
-            await app.workers.wait_for_complete()
-            await pilot.pause()
-
-    run(made(views, desk=boat.desk), NARROW, work)
+    steps = (step for shown in (*seen[1:], seen[-1]) for step in (views.then(shown), worked))
+    played(boat.desk, "ctrl+x", *keys, *steps, views=views)
     assert boat.orders.count("begin") == times
 
 
 def test_off_begins_no_recording_where_somebody_ended_that_in_order_and_may_need_the_link():
     boat, views = Boat(), FixedViews(view())
     boat.desk.was_killed = lambda _: False
-
-    async def work(app, pilot):
-        await play(app, pilot, "ctrl+x")
-        for shown in (RUNS, DEAD, DEAD):
-            views.shown = shown
-            app._refresh_view()
-            await app.workers.wait_for_complete()
-
-    run(made(views, desk=boat.desk), NARROW, work)
+    played(boat.desk, "ctrl+x", *map(views.then, (RUNS, DEAD, DEAD)), worked, views=views)
     assert boat.orders == []
-
-
-LOST = replace(SILENT, trouble="no recording runs that could be listened to")
 
 
 @pytest.mark.parametrize(
@@ -430,17 +335,9 @@ def test_a_dive_that_ends_by_a_key_is_told_once_though_the_next_is_seen_before_t
     boat.recorded = Path(view().recording.folder)
     at_once = boat.desk.next_dive
     boat.desk.next_dive = lambda: at_once() if seen.wait(60.0) else None
-
-    async def work(app, pilot):
-        app._refresh_view()
-        await play(app, pilot, "ctrl+n")
-        views.shown = replace(view(), recording=replace(view().recording, folder="dives/second"))
-        app._refresh_view()
-        seen.set()
-        await app.workers.wait_for_complete()
-        return said(app)
-
-    (notice,) = run(made(views, desk=boat.desk), WIDE, work)
+    second = replace(view(), recording=replace(view().recording, folder="dives/second"))
+    steps = (views.then(view()), "ctrl+n", views.then(second), lambda _: seen.set(), worked)
+    (notice,) = played(boat.desk, *steps, views=views)
     assert notice.endswith("; the next dive is recorded")
 
 
@@ -490,12 +387,8 @@ def test_dives_marks_the_dive_that_is_over_and_the_new_one_is_recorded():
         places = Path(marked["folder"]), {Path(recorded["folder"])}
         return lambda app: (app.screen._at, app.screen._recorded) == places
 
-    async def work(app, pilot):
-        await play(app, pilot, "2", at(HOVERING, DECK), "ctrl+n")
-        await app.workers.wait_for_complete()
-        await play(app, pilot, lambda _: None, lambda _: None, at(DECK, SECOND))
-
-    run(made(FixedViews(), desk=Boat().desk), NARROW, work)
+    rests = (worked, lambda _: None)
+    played(Boat().desk, "2", at(HOVERING, DECK), "ctrl+n", *rests, at(DECK, SECOND))
 
 
 @pytest.fixture
@@ -527,17 +420,8 @@ def test_a_dive_that_is_worked_on_keeps_its_screens_whatever_ends_meanwhile(scre
         return second
 
     at = desk(FakeVerbs(), out=first.parent, recorded=lambda: recorded[0], next_dive=go_on)
-
-    async def work(app, pilot):
-        await play(app, pilot, screen, key, lambda _: at.jobs.runs(verb), "ctrl+n" if by_key else go_on)
-        await app.workers.wait_for_complete()
-        at.jobs.cancel(verb)
-        await play(app, pilot, lambda _: at.chosen() == first, Sees(first.name))
-        notices = said(app)
-        await play(app, pilot, "ctrl+n")
-        await app.workers.wait_for_complete()
-        assert at.chosen() == second
-        return notices
-
     words = f"{second.name} is finished; the next dive is recorded; the screens stay on {first.name}"
-    assert run(made(FixedViews(), desk=at), WIDE, work) == ([words] if by_key else [])
+    works = (screen, key, lambda _: at.jobs.runs(verb), "ctrl+n" if by_key else go_on, worked)
+    stays = (lambda _: at.jobs.cancel(verb), lambda _: at.chosen() == first, Sees(first.name))
+    told = (lambda app: said(app) == [words] * by_key, "ctrl+n", worked, lambda _: at.chosen() == second)
+    played(at, *works, *stays, *told, size=WIDE)

@@ -150,20 +150,12 @@ def headings(value, reference=None, rows=8):
 def test_a_heading_about_north_is_one_curve_and_its_reference_lies_by_it():
     t = traces()["heading"].time_s
     rows = headings((359.98 + 0.3 * np.sin(t)) % 360, np.zeros_like(t))
-    assert joined(rows[0]).split()[1:] == [
-        f"{round(359.98 + 0.3 * math.sin(t[-1]), 1) % 360:.1f}",
-        "deg",
-        "ref",
-        "0.0",
-    ]
+    now = f"{round(359.98 + 0.3 * math.sin(t[-1]), 1) % 360:.1f}"
+    assert joined(rows[0]).split()[1:] == [now, "deg", "ref", "0.0"]
     drawn = [{role for text, role in row[1:] if set(text) - set(" ┈░")} for row in rows[1:]]
     assert [roles for roles in drawn if roles] == [{"accent", "reference"}]
-    assert [joined(row)[:7].strip() for row in rows[1:] if "┤" in joined(row)] == [
-        "10┤",
-        "5┤",
-        "355┤",
-        "350┤",
-    ]
+    ticks = [joined(row)[:7].strip() for row in rows[1:] if "┤" in joined(row)]
+    assert ticks == ["10┤", "5┤", "355┤", "350┤"]
 
 
 def test_wide_headings_have_ticks_at_the_points_of_the_compass_and_over_a_turn_run_from_0_to_360():

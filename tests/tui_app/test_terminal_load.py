@@ -41,23 +41,19 @@ class Terminal:
         )
         os.close(theirs)
 
-    def read(self, seconds):
-        """What comes within so long."""
+    def read(self, seconds, words=None):
+        """What comes within so long, or until `words` came."""
         came, until_s = b"", time.monotonic() + seconds
-        while (left_s := until_s - time.monotonic()) > 0:
+        while (left_s := until_s - time.monotonic()) > 0 and (words is None or words not in came):
             if select.select([self._ours], [], [], left_s)[0]:
                 came += os.read(self._ours, 65536)
         return came
 
     def until(self, words):
         """Read until `words` came; how long that took."""
-        came, began_s = b"", time.monotonic()
-        while words not in came:
-            left_s = began_s + PATIENCE_S - time.monotonic()
-            if left_s <= 0:
-                pytest.fail(f"{words!r} not seen within {PATIENCE_S:.0f} s: {came[-2000:]!r}")
-            if select.select([self._ours], [], [], left_s)[0]:
-                came += os.read(self._ours, 65536)
+        began_s = time.monotonic()
+        came = self.read(PATIENCE_S, words)
+        assert words in came, f"{words!r} not seen within {PATIENCE_S:.0f} s: {came[-2000:]!r}"
         return time.monotonic() - began_s
 
     def answer_s(self, key, words):

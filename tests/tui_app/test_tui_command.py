@@ -14,6 +14,7 @@ from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkError
 from bridge.reports import ERROR, Report, line
 from bridge.wire.framing import Encoder, frame_at
+from gcs_plugin.recording import orders
 from gcs_plugin.recording.state import HeardVehicle, Holding
 from tui import cli
 from tui.app import recorder
@@ -176,12 +177,6 @@ def test_a_recording_whose_folder_of_state_can_not_be_made_does_not_end_the_app(
         begin(lambda _: HOLDING)
 
 
-def test_without_a_recording_there_is_no_hub():
-    assert recorder.recording(UNIX_S) is None
-    with pytest.raises(LinkError, match="no recording runs"):
-        recorder.hub()
-
-
 @pytest.fixture
 def begun(monkeypatch):
     """What recordings were begun with."""
@@ -284,7 +279,7 @@ def test_an_order_to_the_recording_of_a_second_vehicle_does_not_go_to_that_of_th
     monkeypatch.setattr("gcs_plugin.recording.state.held_second", lambda _: [second])
     ordered = []
     for name in ("next_dive", "end"):
-        monkeypatch.setattr(recorder, name, lambda name=name: ordered.append(name))
+        monkeypatch.setattr(orders, name, lambda *_, name=name: ordered.append(name) or (HOLDING, HOLDING))
     of_second, of_first = connection(looked_at="tcp:sub:5777"), connection()
     for order in (of_second.next_dive, of_second.end):
         with pytest.raises(LinkError, match=f"process {second.pid} .* takes no order from here"):

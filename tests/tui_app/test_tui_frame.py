@@ -9,7 +9,7 @@ from dataclasses import replace
 import pytest
 from fake_verbs import FakeVerbs, desk
 from made_view import FixedViews, StillReplay, view
-from screen_text import NARROW, WIDE, Lacks, Sees, made, play, played, pressed, run, said, shows, text
+from screen_text import NARROW, WIDE, Lacks, Sees, made, play, played, pressed, run, shows, text
 from textual._wait import wait_for_idle
 from textual.app import App
 from textual.containers import VerticalScroll
@@ -72,10 +72,7 @@ def test_help_shows_the_live_keys_and_the_top_line_stays_live_over_it():
             assert (action.sentence in shown) is live, action.id
         assert "Next dive go on" in shown  # a name as wide as its column stays apart from its sentence
 
-    def lose_recording(_):
-        views.shown = replace(view(), recording=None)
-
-    lost = (lose_recording, lambda app: "NOT RECORDING" in top(app))
+    lost = (views.then(replace(view(), recording=None)), lambda app: "NOT RECORDING" in top(app))
     killed = desk(was_killed=lambda _: True)
     played(
         killed, "f1", shows(HelpScreen), has_all, *lost, "escape", shows(WatchScreen), views=views, size=WIDE
@@ -125,35 +122,29 @@ async def in_palette(app, words=""):
 
 
 def test_the_palette_has_every_action():
-    async def work(app, _):
-        names = set(await in_palette(app))
-        live = [action for action in WatchScreen.ACTIONS if not action.id.startswith("replay.")]
-        of_screen = {action.words for action in (*EVERYWHERE, *OPENING, *live)} - {"Palette"}
-        of_screen |= {f"Theme: {name}" for name in ORDER}
-        assert names >= of_screen | {
-            "Dives: Note",
-            "Identify: Cancel",
-            "Parameters: Upload",
-            "Validate: Validate",
-        }
-        assert not any(name.startswith("Watch: ") for name in names)
+    live = [action for action in WatchScreen.ACTIONS if not action.id.startswith("replay.")]
+    of_screen = {action.words for action in (*EVERYWHERE, *OPENING, *live)} - {"Palette"}
+    of_screen |= {f"Theme: {name}" for name in ORDER}
+    of_others = {"Dives: Note", "Identify: Cancel", "Parameters: Upload", "Validate: Validate"}
 
-    run(made(FixedViews()), NARROW, work)
+    async def holds_all(app):
+        names = set(await in_palette(app))
+        return names >= of_screen | of_others and not any(name.startswith("Watch: ") for name in names)
+
+    played(desk(), holds_all)
 
 
 def test_what_moves_is_in_the_palette_of_its_own_screen_while_it_does_something():
-    async def offered(app):
-        return {words for words in ("Slower", "Newest") if words in await in_palette(app, words)}
+    def offers(*offered):
+        async def step(app):
+            return {words for words in ("Slower", "Newest") if words in await in_palette(app, words)} == {
+                *offered
+            }
 
-    async def work(app, pilot):
-        on_watch = await offered(app)
-        await play(app, pilot, "2")
-        return on_watch, await offered(app)
+        return step
 
-    in_order = (FixedViews(), desk()), (FixedViews(), desk(replay=StillReplay()))
-    usual, replayed = (run(made(views, desk=at), NARROW, work) for views, at in in_order)
-    assert usual == (set(), {"Newest"})
-    assert replayed[0] == {"Slower"}
+    played(desk(), offers(), "2", offers("Newest"))
+    played(desk(replay=StillReplay()), offers("Slower"))
 
 
 @pytest.mark.parametrize(
@@ -168,13 +159,10 @@ def test_an_action_of_another_screen_opens_that_screen_and_says_where_it_does_no
 ):
     verbs = FakeVerbs()
 
-    async def work(app, pilot):
+    async def chosen(app):
         await (await in_palette(app))[name].command()
-        await pilot.pause()
-        assert app.screen.title == title
-        assert said(app) == notices
 
-    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    assert played(desk(verbs), chosen, lambda app: app.screen.title == title) == notices
     assert [words[0] for words in verbs.words] == ["dives"] * (title == "Dives")
 
 

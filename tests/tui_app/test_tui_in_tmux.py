@@ -142,14 +142,7 @@ def test_with_no_color_not_one_byte_of_colour_is_sent(tmp_path, port, vehicle):
         vehicle.start()
         terminal.keys(f"{line} --unrecorded --out {tmp_path}; echo ended with $?", "Enter")
         terminal.until("■ ARMED", "FF both", "surge u")
-        for key, word in (
-            ("2", "DIVES"),
-            ("3", "dive"),
-            ("4", "dive"),
-            ("5", "dive"),
-            ("6", "dive"),
-            ("?", "Everywhere"),
-        ):
+        for key, word in (("2", "DIVES"), *((key, "dive") for key in "3456"), ("?", "Everywhere")):
             terminal.keys(key)
             terminal.until(word)
         terminal.keys("Escape")

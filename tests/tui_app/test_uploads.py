@@ -65,11 +65,8 @@ def test_an_armed_vehicle_is_written_to_once_the_word_is_typed_too(armed):
 
 def test_one_that_is_armed_while_the_number_is_typed_asks_for_the_word():
     vehicle, shown = FakeVehicle(), views()
-
-    def arm(_):
-        shown.shown = views(Armed.ARMED).shown
-
-    on_screen(vehicle, "u", "7", arm, "enter", Sees("is not 'ARMED 7'"), shown=shown)
+    is_armed = shown.then(views(Armed.ARMED).shown)
+    on_screen(vehicle, "u", "7", is_armed, "enter", Sees("is not 'ARMED 7'"), shown=shown)
     assert vehicle.writes == []
 
 
@@ -84,12 +81,8 @@ def test_while_the_feed_forward_of_an_armed_vehicle_acts_nothing_is_asked(mode):
 
 def test_what_is_doubted_as_a_whole_needs_a_word_and_what_is_doubted_in_a_line_is_told():
     vehicle = FakeVehicle(plan(outcome="stopped at a bound"))
-    doubts = (
-        Sees("ended with 'stopped at a bound'"),
-        "down",
-        "down",
-        Sees("doubted: depth was never pushed"),
-    )
+    of_line = ("down", "down", Sees("doubted: depth was never pushed"))
+    doubts = (Sees("ended with 'stopped at a bound'"), *of_line)
     on_screen(vehicle, *doubts, "u", "7", "enter", lambda _: vehicle.writes == [], *"doubted", "7", "enter")
     assert "--despite-doubts" in vehicle.writes[0]
 
@@ -206,15 +199,8 @@ def test_after_an_upload_the_title_says_what_was_done_and_no_values_before_are_n
     written = receipt(sentence="8 staged parameters read back, set 8205 is active")
     written["parameters"] = [{**line, "before": line["target"]} for line in written["parameters"]]
     applied = (Sees("✓ applied: 8 staged parameters read back"), Sees("8 put in force"))
-    on_screen(
-        FakeVehicle(staged(), written=written),
-        Sees("8 staged"),
-        "u",
-        "8",
-        "enter",
-        *applied,
-        Lacks("values before"),
-    )
+    vehicle = FakeVehicle(staged(), written=written)
+    on_screen(vehicle, Sees("8 staged"), "u", "8", "enter", *applied, Lacks("values before"))
 
 
 def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):
@@ -235,11 +221,11 @@ def test_after_a_roll_back_last_accepted_is_what_stands_then(tmp_path):
 
 
 def test_a_screen_that_is_not_composed_yet_offers_no_upload():
-    async def work(_app, _pilot):
+    def offers_none(_):
         screen = ParametersScreen("Parameters", ())
-        assert not any(screen.check_action(action, ()) for action in ("upload", "back", "read", "choose"))
+        return not any(screen.check_action(action, ()) for action in ("upload", "back", "read", "choose"))
 
-    run(made(views(), desk=desk()), NARROW, work)
+    on_screen(FakeVehicle(), offers_none)
 
 
 def test_a_number_that_comes_at_once_with_its_key_is_typed_and_opens_no_screen():

@@ -78,17 +78,13 @@ def roles(line):
 @pytest.mark.parametrize("cells", [60, 77])
 def test_no_line_is_wider_than_there_is_room(cells):
     shown = runs(validation())
-    lines = [
-        *validate.verdict_lines(shown[0], cells),
-        *validate.criteria_lines(shown[0], cells),
-        *validate.error_lines(shown, DIVE, cells),
-        *(
-            line
-            for axis in validate.axes_of(shown)
-            for line in validate.curve_lines(shown[0], axis, cells, 15)
-        ),
+    parts = [
+        validate.verdict_lines(shown[0], cells),
+        validate.criteria_lines(shown[0], cells),
+        validate.error_lines(shown, DIVE, cells),
+        *(validate.curve_lines(shown[0], axis, cells, 15) for axis in validate.axes_of(shown)),
     ]
-    assert all(width(line) <= cells for line in lines)
+    assert all(width(line) <= cells for lines in parts for line in lines)
 
 
 @pytest.mark.parametrize(
@@ -260,12 +256,8 @@ def test_what_is_no_validation_is_none(data):
 
 def test_a_heading_is_never_cut_on_a_phone(tmp_path):
     titles = ("GO OR NO-GO for the feed-forward", "CURVES of ", "ERRORS: rms, then mean by phase")
-    played(
-        validated_desk(tmp_path),
-        "6",
-        *(step for title in titles for step in (Sees(title), "s")),
-        size=(44, 40),
-    )
+    steps = (step for title in titles for step in (Sees(title), "s"))
+    played(validated_desk(tmp_path), "6", *steps, size=(44, 40))
 
 
 def test_a_criterion_s_name_ends_before_its_words_begin():
@@ -280,18 +272,8 @@ def test_a_table_that_is_cut_off_is_scrolled_at_once_and_so_is_that_of_the_next_
     def at(down):
         return lambda app: app.screen.query_one("#validate-errors VerticalScroll").scroll_y == down
 
-    played(
-        validated_desk(tmp_path),
-        "6",
-        "s",
-        "s",
-        Sees("3 of 3 [s]"),
-        at(0),
-        "down",
-        "down",
-        at(2),
-        size=(80, 24),
-    )
+    scrolled = (Sees("3 of 3 [s]"), at(0), "down", "down", at(2))
+    played(validated_desk(tmp_path), "6", "s", "s", *scrolled)
 
 
 def test_what_was_there_before_is_not_shown_below_a_validation_that_runs(tmp_path):

@@ -6,7 +6,7 @@ import pytest
 from fake_verbs import desk
 from made_diagnosis import DIVE, desk_with
 from made_view import FixedViews
-from screen_text import NARROW, Lacks, Sees, made, play, played, run, shows, text
+from screen_text import NARROW, Lacks, Sees, made, play, played, run, shows, text, worked
 from textual.actions import parse
 from textual.command import CommandPalette
 from textual.containers import VerticalScroll
@@ -113,12 +113,8 @@ def test_no_sentence_offers_what_a_view_can_t_begin(tmp_path):
 def test_the_palette_is_no_way_around():
     views = FixedViews()
 
-    async def work(app, pilot):
-        await play(app, pilot, "ctrl+p", *"FF off", shows(CommandPalette))
-        await app.workers.wait_for_complete()
-        await play(app, pilot, "enter", "enter")
-
-    run(made(views, view_only=True), NARROW, work)
+    asks = ("ctrl+p", *"FF off", shows(CommandPalette), worked)
+    played(desk(), *asks, "enter", "enter", views=views, view_only=True)
     assert views.forced == 0
 
 

@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pytest
 from fake_verbs import FakeVerbs, desk
-from made_dives import HOVERING
+from made_dives import HOVERING, record
 from made_view import SAID, SENSORS, UNIX_S, FixedViews, StillReplay, picture, replayed, view
-from pymavlink.dialects.v20 import ardupilotmega as dialect
 from screen_text import (
     NARROW,
     WIDE,
@@ -24,11 +23,10 @@ from screen_text import (
     shows,
     strips,
     text,
+    worked,
 )
 from soak import rest_in_soak
 
-from bridge.wire.framing import Encoder
-from bridge.wire.tlog import TlogWriter
 from gcs_plugin.monitor.gap import AxisGap, Gap
 from gcs_plugin.watch.picture import Alarm, Armed, Condition, Freshness, Kind, Said, SensorRow
 from tui.app.drawing import width
@@ -338,14 +336,8 @@ def test_its_keys_move_in_it_and_are_none_without_it():
 
 def test_keys_go_to_the_other_charts_and_to_all_words_where_not_all_fits():
     charts = (Lacks("pitch q"), "c", Sees("pitch q"), Lacks("surge u"), "c", Sees("surge u"))
-    said = (
-        Lacks("6 devices, hovering"),
-        "w",
-        Sees("6 devices, hovering"),
-        Lacks("surge u"),
-        "w",
-        Sees("surge u"),
-    )
+    devices = "6 devices, hovering"
+    said = (Lacks(devices), "w", Sees(devices), Lacks("surge u"), "w", Sees("surge u"))
     played(desk(), *charts, *said)
 
 
@@ -355,24 +347,10 @@ def test_a_key_on_dives_replays_one_and_a_folder_without_a_recording_says_why(tm
     folder.mkdir()
     verbs = FakeVerbs({"dives": [HOVERING | {"folder": str(folder)}]})
 
-    async def replay(app, pilot):
-        await play(app, pilot, "r")
-        await app.workers.wait_for_complete()
-        await play(app, pilot, lambda _: None)
-
-    async def work(app, pilot):
-        await play(app, pilot, "2")
-        await replay(app, pilot)
-        await play(app, pilot, Sees("holds no telemetry.tlog and no dive.yaml"))
-        with TlogWriter(folder / "telemetry.tlog") as writer:
-            for n in range(30):
-                raw = Encoder(1, 1).encode(dialect.MAVLink_heartbeat_message(12, 3, 0, n, 4, 3))
-                writer.write(1_790_000_000_000_000 + n * 1_000_000, raw)
-        await replay(app, pilot)
-        shown = (Sees("REPLAY 2026-11-21T0352Z-hovering"), Sees("of 00:00:29"))
-        await play(app, pilot, shows(WatchScreen), *shown)
-
-    run(made(FixedViews(), desk=desk(verbs)), NARROW, work)
+    why = ("2", "r", worked, Sees("holds no telemetry.tlog and no dive.yaml"))
+    recorded = (lambda _: record(folder / "telemetry.tlog", *range(1_790_000_000, 1_790_000_030)),)
+    shown = (shows(WatchScreen), Sees("REPLAY 2026-11-21T0352Z-hovering"), Sees("of 00:00:29"))
+    played(desk(verbs), *why, *recorded, "r", worked, *shown)
 
 
 ALARM = Alarm(Kind.BATTERY, "", "battery 13.8 V, below 14 V")
@@ -417,23 +395,16 @@ def test_the_gap_of_a_vehicle_that_is_not_heard_is_dated_and_has_no_figures():
 def test_once_a_dive_is_over_its_last_minute_stays_on_the_charts_with_its_age_whatever_screen_it_was_on():
     views = FixedViews()
     slower = {"u": replace(picture().traces["u"], value=picture().traces["u"].value - 0.1)}
-
-    def go_on(_):
-        views.shown = replace(view(), picture=replace(picture(), traces=picture().traces | slower))
-
-    def end(_):
-        gone = tuple(replace(link, age_s=100.0, lost=True) for link in picture().links)
-        nothing = {
-            key: replace(trace, time_s=trace.time_s[:0], value=trace.value[:0], reference=None, age_s=100.0)
-            for key, trace in picture().traces.items()
-        }
-        now = replace(
-            picture(), now_s=picture().now_s + 100.0, armed=Armed.DISARMED, links=gone, traces=nothing
-        )
-        views.shown = replace(view(), picture=now)
-
+    goes_on = replace(view(), picture=replace(picture(), traces=picture().traces | slower))
+    gone = tuple(replace(link, age_s=100.0, lost=True) for link in picture().links)
+    nothing = {
+        key: replace(trace, time_s=trace.time_s[:0], value=trace.value[:0], reference=None, age_s=100.0)
+        for key, trace in picture().traces.items()
+    }
+    later = {"now_s": picture().now_s + 100.0, "armed": Armed.DISARMED, "links": gone, "traces": nothing}
+    ended = replace(view(), picture=replace(picture(), **later))
     live = (Sees("surge u 0.349 m/s ref 0.400"), Lacks("its last 60 s"))
-    elsewhere = ("3", go_on, Lacks("surge u"), end, "1")
+    elsewhere = ("3", views.then(goes_on), Lacks("surge u"), views.then(ended), "1")
     over = (Sees("DIVE OVER"), Sees("its last 60 s"), Sees("surge u 0.249 m/s 100 s ago"), Sees("-60 s"))
     played(desk(), *live, *elsewhere, *over, views=views, size=WIDE)
 
@@ -475,11 +446,8 @@ def test_the_sensors_of_a_dive_that_is_over_are_no_faults():
     silent = tuple(replace(row, condition=Condition.MISSING) for row in picture().sensors)
     views = FixedViews(replace(view(), picture=replace(picture(), sensors=silent)))
 
-    def end_the_recording(app):
-        views.shown = replace(views.shown, recording=None)
-        app._refresh_view()
-
-    over = (end_the_recording, Sees("the dive is over: nothing is measured"), Lacks("missing"))
+    ended = views.then(replace(views.shown, recording=None))
+    over = (ended, Sees("the dive is over: nothing is measured"), Lacks("missing"))
     played(desk(), Sees("missing"), *over, views=views, size=WIDE)
 
 

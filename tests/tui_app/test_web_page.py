@@ -34,13 +34,8 @@ def test_addresses_local_names_and_its_own_are_answered_and_neither_a_bought_nam
 
 
 def test_only_loopback_needs_no_warning():
-    assert [is_loopback(host) for host in ("localhost", "127.0.0.1", "::1", "0.0.0.0", "boat")] == [
-        True,
-        True,
-        True,
-        False,
-        False,
-    ]
+    hosts = ("localhost", "127.0.0.1", "::1", "0.0.0.0", "boat")
+    assert list(filter(is_loopback, hosts)) == ["localhost", "127.0.0.1", "::1"]
     assert warning("127.0.0.1", control=True) == ""
     assert warning("0.0.0.0", control=False).startswith("anyone who reaches 0.0.0.0 sees all of this")
     assert "all that the crew can" in warning("0.0.0.0", control=True)

@@ -107,8 +107,8 @@ class SeatrialApp(Modes, inherit_bindings=False):
                 lambda: unfinished(self.desk.receipts) is not None,
                 timeout=TELL_S,
             )
-        if self._begins_recording and self.desk.record is not None:
-            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+        if self._begins_recording:
+            self._begin()
         self.call_after_refresh(self._refresh_view)
 
     async def do_on(self, screen: str, action: Action) -> None:
@@ -197,7 +197,6 @@ class SeatrialApp(Modes, inherit_bindings=False):
             self.push_screen(ActionPalette(id="--command-palette"))
 
     def action_help(self) -> None:
-        """Show the keys that work here."""
         if not isinstance(self.screen, HelpScreen):
             self.push_screen(HelpScreen(help_lines(self, self.screen)))
 

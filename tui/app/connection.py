@@ -1,5 +1,6 @@
 """The app's connection to a vehicle: through the running recording, as other programs, or by a link of its own."""
 
+import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -12,6 +13,7 @@ from bridge.vehicle.mode import Mode
 from gcs_plugin.feedforward.switch import Switch
 from gcs_plugin.params.last_accepted import accepted_values
 from gcs_plugin.peers import KnownVehicle, newest
+from gcs_plugin.recording import orders
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.watcher import Watcher
@@ -132,14 +134,18 @@ class Connection:
             raise
 
     def next_dive(self) -> Path:
-        """As `recorder.next_dive`. Raises LinkError too where another recording takes the order than is shown."""
+        """Let the recording go on in a new folder; return that of the finished dive.
+
+        Raises LinkError, too where another recording takes the order than is shown.
+        """
         self._refuse_another()
-        return recorder.next_dive()
+        finished, _ = orders.next_dive(self._clock, time.sleep)
+        return finished
 
     def end(self) -> Path:
-        """As `recorder.end`, and refused likewise."""
+        """End the recording; return the folder of its dive. Raises as `next_dive`."""
         self._refuse_another()
-        return recorder.end()
+        return orders.end(self._clock, time.sleep)
 
     def _refuse_another(self) -> None:
         shown = links.holder_of(self._looked_at) if self._looked_at else None

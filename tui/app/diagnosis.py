@@ -7,14 +7,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from bridge.errors import ConfigError
-from bridge.files import read_small, written_ns
-from bridge.plain import from_json
+from bridge.files import written_ns
 from bridge.schema import build
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.forecast import ForecastRow
 from identify.diagnose.shrink.shrunk import CHANCE, LIKELY, AxisShrink, Shrink
 from identify.validation.against_forecast import rows_words
-from tui.app.jobs import real
+from tui.app.jobs import json_in, real
 
 PHASES: Final = {
     "rest": "at rest",
@@ -152,33 +151,29 @@ def _answer(data: Mapping[str, Any]) -> Answer:
 
 def _shrink(data: Mapping[str, Any]) -> Shrink:
     by_axis = data.get("by_axis", {})
+    of_axis = [field.name for field in fields(AxisShrink) if field.name != "dof"]
     return Shrink(
         **{name: real(data.get(name)) for name in ("before", "after", "value", "low95", "high95")},
         floor=real(data.get("floor", 1.0)),
-        by_axis=tuple(_axis_shrink(dof, by_axis[dof]) for dof in DOFS if dof in by_axis),
+        by_axis=tuple(
+            AxisShrink(dof, **{name: real(by_axis[dof].get(name)) for name in of_axis})
+            for dof in DOFS
+            if dof in by_axis
+        ),
     )
 
 
-def _axis_shrink(dof: str, data: Mapping[str, Any]) -> AxisShrink:
-    names = (field.name for field in fields(AxisShrink) if field.name != "dof")
-    return AxisShrink(dof, **{name: real(data.get(name)) for name in names})
+def answer_in(file: Path) -> Answer | None:
+    """The diagnosis that a file holds, read once for each change of it; None without one."""
+    return _read(file, written_ns(file))
 
 
 def is_contradicted(file: Path) -> bool:
     """Whether the diagnosis that a file holds is contradicted by the data that it was checked on; False without one."""
-    read = _kept(file, written_ns(file))
+    read = answer_in(file)
     return read is not None and read.contradicted
 
 
-def has_changed(file: Path) -> bool:
-    """Whether by the diagnosis that a file holds something accepted before has changed; False without one."""
-    read = _kept(file, written_ns(file))
-    return read is not None and read.changed
-
-
 @lru_cache(64)
-def _kept(file: Path, _changed_ns: int) -> Answer | None:
-    try:
-        return answer(from_json(read_small(file)))
-    except (OSError, ValueError):
-        return None
+def _read(file: Path, _changed_ns: int) -> Answer | None:
+    return answer(json_in(file))

@@ -2,7 +2,7 @@
 
 import math
 import textwrap
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from datetime import UTC, datetime
 from typing import Final, Literal, get_args
 
@@ -108,6 +108,20 @@ def wrapped(text: str, role: Role, cells: int, indent: str = "", further: str = 
 def hanging(text: str, role: Role, cells: int) -> Lines:
     """Wrap one of several stacked sentences: its later lines are indented, so that the next sentence stands out."""
     return wrapped(text, role, cells - 1, further="  ")
+
+
+def stacked(
+    sentences: Iterable[str], role: Role, cells: int, wrap: Callable[[str, Role, int], Lines] = wrapped
+) -> Lines:
+    """Sentences below each other, those that are empty left out."""
+    return tuple(line for sentence in sentences if sentence for line in wrap(sentence, role, cells))
+
+
+def beside(head: Line, text: str, role: Role, cells: int) -> Lines:
+    """A head and, at its right, a sentence on as many rows as it needs."""
+    first, *more = wrapped(text, role, max(cells - width(head), 1))
+    blank: Span = (" " * width(head), "plain")
+    return ((*head, *first), *((blank, *line) for line in more))
 
 
 def window(count: int, at: int, rows: int) -> tuple[int, int]:

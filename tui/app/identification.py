@@ -7,13 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from bridge.errors import ParamError
-from bridge.files import read_small
-from bridge.plain import from_json
+from bridge.files import written_ns
 from bridge.vehicle.coefficients import OF_HULL
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import accepted_of
 from gcs_plugin.params.plan import coefficient_of
-from tui.app.jobs import newer
+from tui.app.jobs import json_in, newer
 from tui.dive_list import results_beside
 
 
@@ -94,9 +93,9 @@ def load_identified(dive: Path, receipts: Path, unkept: Any = None) -> Identifie
         accepted = _accepted(param, receipts)
         if unkept is not None:
             return _parsed(unkept, accepted, None, math.nan)
-        data = from_json(read_small(result))
-        return _parsed(data, accepted, param if newer(param, result) else None, result.stat().st_mtime)
-    except (OSError, ValueError, KeyError, TypeError):
+        of_result = param if newer(param, result) else None
+        return _parsed(json_in(result), accepted, of_result, written_ns(result) * 1e-9)
+    except (ValueError, KeyError, TypeError):
         return None
 
 

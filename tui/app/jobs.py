@@ -109,7 +109,7 @@ async def work(words: Sequence[str], hear: Callable[[Report], None], pressed: Ca
                 await asyncio.sleep(LOOK_EVERY_S)
             raise
         # An unchanged file is the result of an earlier run.
-        answer = _json(result) if written_ns(result) != before_ns else None
+        answer = json_in(result) if written_ns(result) != before_ns else None
     sentences, names = tuple(error.words for error in errors), tuple(error.stage for error in errors)
     return Done(job.code, answer, tuple(said), sentences, names)
 
@@ -270,7 +270,7 @@ class Kept(Generic[T]):
         stamp = path, written_ns(path)
         if stamp != self._of or unkept is not self._unkept:
             self._of, self._unkept = stamp, unkept
-            self._value = self._typed(_json(path) if unkept is None else unkept)
+            self._value = self._typed(json_in(path) if unkept is None else unkept)
         return self._value
 
 
@@ -284,7 +284,8 @@ def newer(path: Path, than: Path) -> bool:
     return written_ns(path) >= written_ns(than) > 0
 
 
-def _json(path: Path) -> Any:
+def json_in(path: Path) -> Any:
+    """The content of a JSON file; None if it can't be read."""
     try:
         return from_json(read_small(path))
     except (OSError, ValueError):
@@ -302,13 +303,21 @@ def progress(state: JobState, cells: int, begins: str = "begins") -> Line:
 
 def job_lines(verb: str, state: JobState | None, now_s: float, cells: int) -> Lines:
     """Progress or failure of a job; empty if there was no job or if it left a result, which is shown itself."""
-    if state is None:
+    if state is None or not state.runs:
+        return ended(verb, state, cells)
+    lasted = f"  {now_s - state.began_s:.0f} s"
+    return (apart(progress(state, cells - len(lasted) - 1), ((lasted, "quiet"),), cells),)
+
+
+def ended(verb: str, state: JobState | None, cells: int) -> Lines:
+    """How a job without a result ended."""
+    if state is None or state.done is None:
         return ()
-    if state.done is None:
-        lasted = f"  {now_s - state.began_s:.0f} s"
-        return (apart(progress(state, cells - len(lasted) - 1), ((lasted, "quiet"),), cells),)
+    if state.cancelled and state.draws:
+        found = "what it found is below" if state.unkept is None else NOT_KEPT
+        return wrapped(f"the page of {verb} was stopped by you; {found}", "warn", cells)
     if state.cancelled:
-        return wrapped(f"{verb} was cancelled; nothing of it was kept", "warn", cells)
+        return wrapped(f"{verb} was stopped by you; what lay there before stays", "warn", cells)
     if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:
         return wrapped(state.failure, "bad", cells)
     return ()

@@ -89,98 +89,56 @@ class Action:
         )
 
 
-EVERYWHERE: Final = (
+OF_APP: Final = (
     # ctrl+x is one byte: no ssh, tmux, screen, serial console or browser intercepts it, and a slow link can't split it.
     # F12 needs a single finger, but is an escape sequence, and some terminals and browsers intercept it.
-    Action(
+    (
         "ff.off",
         "ctrl+x,f12",
         "FF off",
         "feed-forward off, sent until it is acknowledged",
         ALWAYS,
-        "app.force_off",
+        "force_off",
     ),
-    Action(
-        "app.help", "question_mark,f1", "Help", "the keys that work here, and the marks", LOOKS, "app.help"
-    ),
-    Action(
-        "app.palette",
-        "ctrl+p",
-        "Palette",
-        "find an action by its name",
-        ALWAYS | LOOKS,
-        "app.command_palette",
-    ),
-    Action(
-        "link.connect", "ctrl+l", "Connect", "a serial port, an address, a recording", HIDDEN, "app.connect"
-    ),
-    Action(
-        "vehicle.name",
-        "ctrl+k",
-        "Vehicle",
-        "the vehicle file of dives that name none",
-        HIDDEN,
-        "app.name_vehicle",
-    ),
-    Action(
-        "recording.begin",
-        "ctrl+g",
-        "Record",
-        "begin a recording, where none runs any more",
-        HIDDEN,
-        "app.record",
-    ),
-    Action(
+    ("app.help", "question_mark,f1", "Help", "the keys that work here, and the marks", LOOKS, "help"),
+    ("app.palette", "ctrl+p", "Palette", "find an action by its name", ALWAYS | LOOKS, "command_palette"),
+    ("link.connect", "ctrl+l", "Connect", "a serial port, an address, a recording", HIDDEN, "connect"),
+    ("vehicle.name", "ctrl+k", "Vehicle", "the vehicle file of dives that name none", HIDDEN, "name_vehicle"),
+    ("recording.begin", "ctrl+g", "Record", "begin a recording, where none runs any more", HIDDEN, "record"),
+    (
         "recording.decline",
         "ctrl+d",
         "Don't record",
         "end the recording just begun, and only look",
         HIDDEN,
-        "app.decline",
+        "decline",
     ),
-    Action(
-        "recording.next",
-        "ctrl+n",
-        "Next dive",
-        "go on recording in a new dive folder",
-        HIDDEN,
-        "app.next_dive",
-    ),
-    Action(
+    ("recording.next", "ctrl+n", "Next dive", "go on recording in a new dive folder", HIDDEN, "next_dive"),
+    (
         "recording.end",
         "ctrl+e",
         "End recording",
         "record no longer; asks for a word first",
         HIDDEN,
-        "app.end_recording",
+        "end_recording",
     ),
-    Action(
-        "ff.raise",
-        "ctrl+u",
-        "Raise FF",
-        "shadow, then both after a GO; asks for words",
-        HIDDEN,
-        "app.raise_ff",
-    ),
-    Action(
+    ("ff.raise", "ctrl+u", "Raise FF", "shadow, then both after a GO; asks for words", HIDDEN, "raise_ff"),
+    (
         "flight.end",
         "ctrl+f",
         "End flight",
         "the flight Fly began: it holds; again: disarms",
         HIDDEN | ALWAYS,
-        "app.end_flight",
+        "end_flight",
     ),
-    Action(
-        "ff.lower",
-        "ctrl+y",
-        "Lower FF",
-        "to shadow, where it only computes; does not ask",
-        HIDDEN,
-        "app.lower_ff",
-    ),
-    Action("theme.next", "t", "Theme", "dark, light, sunlight", LOOKS, "app.next_theme"),
-    Action("app.quit", "ctrl+q", "Quit", "leave; the recording goes on", ALWAYS | LOOKS, "app.quit"),
-    Action("app.close", "escape", "Close", "close what lies over the screen", HIDDEN | LOOKS, "app.close"),
+    ("ff.lower", "ctrl+y", "Lower FF", "to shadow, where it only computes; does not ask", HIDDEN, "lower_ff"),
+    ("theme.next", "t", "Theme", "dark, light, sunlight", LOOKS, "next_theme"),
+    ("app.quit", "ctrl+q", "Quit", "leave; the recording goes on", ALWAYS | LOOKS, "quit"),
+    ("app.close", "escape", "Close", "close what lies over the screen", HIDDEN | LOOKS, "close"),
+)
+EVERYWHERE: Final = tuple(
+    Action(name, keys, words, sentence, mark, f"app.{call}")
+    for name, keys, words, sentence, mark, call in OF_APP
 )
 
 

@@ -112,7 +112,6 @@ class Modes(Recordings):
         self._ordered = self.desk.jobs.state(ORDER)
 
     def _tell_ordered(self) -> None:
-        """Say how an order to set the feed-forward ended."""
         state = self.desk.jobs.state(ORDER)
         if self._ordered is None or state is None or state.done is None:
             return

@@ -8,16 +8,15 @@ from pathlib import Path
 from typing import Final
 
 from bridge.errors import LogError, ParamError
-from bridge.files import read_small, written_ns
-from bridge.plain import from_json
+from bridge.files import written_ns
 from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back, unfinished
 from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Armed, Kind
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns
-from tui.app.diagnosis import has_changed, is_contradicted
-from tui.app.jobs import JobState
+from tui.app.diagnosis import answer_in, is_contradicted
+from tui.app.jobs import JobState, json_in
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import flight_of
 from tui.app.screens.transfer import WRITE
@@ -50,11 +49,15 @@ def read_situation(desk: Desk, view: View) -> Situation:
         # Receipts of an earlier vehicle say nothing of one that itself says what its set lacks.
         lacks_set = any(said.of_set and not said.past for said in picture.said)
         uploaded_ns = 0 if lacks_set else accepted_ns
-    taken_back_ns = _taken_back_ns(desk.receipts, system) if values is not None else 0
+    rolled = rolled_back(desk.receipts, system) if values is not None else None
+    taken_back_ns = written_ns(rolled.preimage) if rolled is not None else 0
     taken_back = values is not None and taken_back_ns > written_ns(values)
     flown, go = _judged(dive) if dive is not None else ("", None)
     lacking, determined = _determined(dive) if dive is not None else ((), None)
     since = [folder for folder in folders if uploaded_ns and ended_ns(folder) > uploaded_ns]
+    diagnosed = answer_in(dive / DIAGNOSED) if dive is not None else None
+    accepts = values is not None and values.name == ACCEPTABLE
+    sent = answer_in(values.parent / DIAGNOSED) if values is not None and accepts else None
     last = view.last_heard
     knows_mode = picture.ff_mode is not None and picture.ff_mode_age_s <= GONE_S
     return Situation(
@@ -77,8 +80,8 @@ def read_situation(desk: Desk, view: View) -> Situation:
         determined=determined,
         reading=desk.jobs.runs(LIST),
         identified=values is not None,
-        accepts=values is not None and values.name == ACCEPTABLE,
-        changed=values is not None and values.name == ACCEPTABLE and has_changed(values.parent / DIAGNOSED),
+        accepts=accepts,
+        changed=sent is not None and sent.changed,
         uploaded=uploaded_ns > 0,
         halfway=values is not None and unfinished(desk.receipts, system) is not None,
         taken_back=taken_back,
@@ -89,8 +92,8 @@ def read_situation(desk: Desk, view: View) -> Situation:
         before_upload=dive is not None and ended_ns(dive) <= accepted_ns,
         flown=flown,
         go=go,
-        verdict=_read_verdict(dive / DIAGNOSED, written_ns(dive / DIAGNOSED)) if dive and flown else "",
-        contradicted=dive is not None and is_contradicted(dive / DIAGNOSED),
+        verdict=diagnosed.verdict if diagnosed is not None and flown else "",
+        contradicted=diagnosed is not None and diagnosed.contradicted,
         disarmed=picture.armed is Armed.DISARMED,
         lost=picture.armed in (Armed.ARMED, Armed.FAILSAFE)
         and heard_of(picture) is None
@@ -126,15 +129,6 @@ def _is_idle(dive: Path) -> bool:
     return std is not None and not any(map(math.isfinite, std.values()))
 
 
-@lru_cache(8)
-def _read_verdict(file: Path, _changed_ns: int) -> str:
-    """The verdict of a diagnosis's file; "" without one."""
-    try:
-        return str(from_json(read_small(file))["verdict"])
-    except (OSError, ValueError, LookupError, TypeError):
-        return ""
-
-
 def _determined(dive: Path) -> tuple[tuple[str, ...], int | None]:
     """The masses and dampings of feed-forward axes that a dive does not determine, and how many it does."""
     glance = kept_glance(dive)
@@ -143,12 +137,6 @@ def _determined(dive: Path) -> tuple[tuple[str, ...], int | None]:
     wanted = {name: std for name, std in glance.relative_std.items() if name[-1] in AXES}
     lacking = tuple(name for name, std in wanted.items() if std > FAIR)
     return lacking, len(wanted) - len(lacking)
-
-
-def _taken_back_ns(receipts: Path, system: int | None) -> int:
-    """When an upload was rolled back that no other has followed, ns; 0 if none was."""
-    newest = rolled_back(receipts, system)
-    return written_ns(newest.preimage) if newest is not None else 0
 
 
 def _known(receipts: Path, system: int | None) -> Mapping[str, AcceptedValue]:
@@ -243,10 +231,10 @@ def _judged(dive: Path) -> Judged:
 def _read_judged(file: Path, _changed_ns: int) -> Mapping[str, Judged]:
     """The dives of a validation by name."""
     try:
-        runs = {str(run["dive"]): run["raising"] for run in from_json(read_small(file))}
+        runs = {str(run["dive"]): run["raising"] for run in json_in(file)}
         return {
             name: ("off", None) if raising is None else (str(raising["from"]), bool(raising["go"]))
             for name, raising in runs.items()
         }
-    except (OSError, ValueError, LookupError, TypeError):
+    except (LookupError, TypeError):
         return {}

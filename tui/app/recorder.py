@@ -12,8 +12,8 @@ from typing import Final
 from bridge import reports
 from bridge.clock import Clock, SystemClock
 from bridge.errors import LinkError
-from gcs_plugin.recording import orders
 from gcs_plugin.recording.state import Holding, held, how_to_end, hung, state_file
+from tui import links
 
 PATIENCE_S: Final = 15.0
 LOOK_EVERY_S: Final = 0.1
@@ -25,22 +25,14 @@ def recording(now_unix_s: float) -> Holding | None:
 
 def recorded() -> Path | None:
     """The folder of the dive being recorded."""
-    holding = held(SystemClock().unix_s())
+    holding = links.holding_now()
     return None if holding is None else Path(holding.folder)
 
 
-def hub() -> str:
-    """The link that the running recording serves. Raises LinkError if none runs."""
-    holding = held(SystemClock().unix_s())
-    if holding is None or not holding.hub:
-        raise LinkError("no recording runs that could be listened to")
-    return holding.hub
-
-
-def options(links: Sequence[str], out: str, vehicle: str, sign_key: str = "") -> list[str]:
+def options(recorded: Sequence[str], out: str, vehicle: str, sign_key: str = "") -> list[str]:
     named = ["--vehicle", vehicle] if vehicle else []
     key = ["--sign-key", sign_key] if sign_key else []
-    return [*(word for link in links for word in ("--link", link)), "--out", out, *named, *key]
+    return [*(word for link in recorded for word in ("--link", link)), "--out", out, *named, *key]
 
 
 def begin_again(arguments: Sequence[str]) -> None:
@@ -54,17 +46,6 @@ def begin_again(arguments: Sequence[str]) -> None:
     if holding := hung(clock.unix_s()):
         raise LinkError(f"the recorder hangs and keeps the link: {how_to_end(holding.pid)}")
     begin(arguments, clock, time.sleep)
-
-
-def next_dive() -> Path:
-    """Let the recording go on in a new dive folder; return the folder of the finished dive. Raises LinkError."""
-    finished, _ = orders.next_dive(SystemClock(), time.sleep)
-    return finished
-
-
-def end() -> Path:
-    """End the running recording; return the folder of its dive. Raises LinkError."""
-    return orders.end(SystemClock(), time.sleep)
 
 
 def record_command(arguments: Sequence[str]) -> list[str]:

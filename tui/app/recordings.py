@@ -39,11 +39,16 @@ class Recordings(Shell):
         """Whether the app is about to begin a recording."""
         return any(worker.group == "record" and not worker.is_finished for worker in self.workers)
 
+    def _begin(self) -> None:
+        """Begin a recording if this app may."""
+        if self.desk.record is not None:
+            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+
     def _record_for_off(self) -> None:
         """Begin the recording that carries the off order, once for each key press."""
-        if self._off_may_record and self.desk.record is not None and not self._starts_recording():
+        if self._off_may_record and not self._starts_recording():
             self._off_may_record = False
-            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+            self._begin()
 
     def action_record(self) -> None:
         if self.desk.record is None:
@@ -55,7 +60,7 @@ class Recordings(Shell):
         elif not self.desk.links() and self.desk.connect is not None:
             self.action_connect()
         else:
-            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+            self._begin()
 
     async def _record(self, record: Callable[[], None]) -> None:
         """Begin a recording, and announce it with the key that declines it."""
@@ -171,7 +176,6 @@ class Recordings(Shell):
             self._record_for_off()
 
     def _tell_recording(self) -> None:
-        """Show the notices on the recording."""
         ours = self._starts_recording() or self._clock() <= self._declinable_until_s
         for notice in self._news.take(self._views.view(), ours=ours, flies=self.desk.jobs.runs(FLY)):
             if notice.is_lost:

@@ -11,10 +11,10 @@ from typing import Final
 
 from textual.theme import Theme
 
-from bridge.files import read_small, write_whole
-from bridge.plain import from_json
+from bridge.files import write_whole
 from gcs_plugin.recording.state import state_file
 from tui.app.drawing import ROLES, Role
+from tui.app.jobs import json_in
 
 Look = tuple[str, str, str]
 """Foreground, background ("" for the screen's own), text style."""
@@ -95,7 +95,6 @@ since Textual recomputes them all whenever a class of a screen changes.
 
 
 def theme(name: str) -> Theme:
-    """Build one of the themes in `ORDER`."""
     looks, background = _LOOKS[name], _BACKGROUNDS[name]
     accent, plain, quiet = looks["accent"][0], looks["plain"][0], looks["quiet"][0]
     return Theme(
@@ -146,7 +145,6 @@ def variables(name: str) -> dict[str, str]:
 
 
 def component_css() -> str:
-    """The style sheet of the roles."""
     roles = (
         f".line--{role} {{ color: ${role}-fg; background: ${role}-bg; text-style: ${role}-style; }}"
         for role in ROLES
@@ -163,10 +161,7 @@ def _theme_file() -> Path:
 
 def load_theme() -> str:
     """The theme of the last session; `dark` if none is stored."""
-    try:
-        kept = from_json(read_small(_theme_file()))
-    except (OSError, ValueError):
-        return ORDER[0]
+    kept = json_in(_theme_file())
     name = kept.get("theme") if isinstance(kept, dict) else None
     return name if name in ORDER else ORDER[0]
 

@@ -243,7 +243,6 @@ def tell(
     drifts: Mapping[str, Drift],
     effects: Mapping[str, Sequence[EffectDrift]],
 ) -> None:
-    """Print the tables and sentences to the terminal."""
     taken = show.STANDARD_OUTPUT in (arguments.json, arguments.csv)
     console = show.results(show.STANDARD_OUTPUT if taken else None)
     show.put(console, dive_table(rows))

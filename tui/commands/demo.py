@@ -274,7 +274,6 @@ def counted(demo: Demo) -> str:
 
 
 def to_json(demo: Demo, rows: Any) -> dict[str, Any]:
-    """The result as plain data."""
     return {
         "identified": {c.configuration: c.identification.to_json() for c in demo.campaigns},
         "truth": {c.configuration: dict(c.truth) for c in demo.campaigns},

@@ -15,7 +15,7 @@ from bridge.files import replacing
 from bridge.text import typed
 from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from gcs_plugin.params.identified import doubt_lines, doubted_in, estimates_in
+from gcs_plugin.params.identified import doubt_lines, estimates_in, sidecar_of
 from identify.dive import Dive
 from identify.effects.library import library
 from identify.export.mcap import MODEL, PlotTopic, Written, flown, topics, write_mcap
@@ -78,8 +78,7 @@ def _model(given: str, vehicle: str | None, leave: Leave, target: str) -> tuple[
     if given.endswith((".json", ".param")):
         if vehicle is None:
             raise exit_codes.UsageError(f"{given}: needs --vehicle FILE, for thrusters and weight; add it")
-        read = _identified if given.endswith(".json") else _accepted
-        return read(Path(given), load_vehicle(vehicle), leave)
+        return _in_file(Path(given), load_vehicle(vehicle), leave)
     try:
         file = load_vehicle(given)
     except ConfigError:
@@ -104,33 +103,21 @@ def _model(given: str, vehicle: str | None, leave: Leave, target: str) -> tuple[
     return model_of(coefficients, file, configuration), {}
 
 
-def _identified(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
-    data = read_identification(path)
-    check_outcome(path, data["outcome"], leave, "written")
-    check_vehicle(path, data["vehicle"]["name"], data["configuration"], file)
-    known = {
-        estimate.name: estimate
-        for estimate in estimates_in(data)
-        if estimate.name in OF_HULL and estimate.identifiable and estimate.value is not None
-    }
-    if not known:
-        raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
-    intervals = {
-        name: (estimate.low95, estimate.high95)
-        for name, estimate in known.items()
-        if estimate.low95 is not None and estimate.high95 is not None
-    }
-    values = {name: estimate.value for name, estimate in known.items() if estimate.value is not None}
-    doubted = {name: why for name, why in doubted_in(data).items() if name in known}
-    return model_of(values, file, data["configuration"], intervals), doubted
-
-
-def _accepted(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
-    accepted, sidecar = accepted_model(path, file, leave)
-    # Accepted effects enter the model as effects; identified values enter as plain coefficients. A zero takes an
-    # earlier effect back, and is no value.
+def _in_file(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[str, str]]:
+    """The model in the JSON of `identify`, or in a `.param` with its sidecar."""
+    if path.suffix == ".json":
+        data = read_identification(path)
+        sidecar = sidecar_of(data, 0)
+        check_outcome(path, sidecar.outcome, leave, "written")
+        check_vehicle(path, sidecar.vehicle, sidecar.configuration, file)
+        held = {each.name: each.value for each in estimates_in(data) if each.identifiable and each.value}
+    else:
+        held, sidecar = accepted_model(path, file, leave)
+    # Accepted effects enter the model as effects; identified values enter as plain coefficients.
     hull = OF_HULL.keys() - {name for effect in sidecar.effects for name in effect.parameters}
-    values = {name: value for name, value in accepted.items() if name in hull and value}
+    values = {name: value for name, value in held.items() if name in hull}
+    if not (values or sidecar.effects):
+        raise exit_codes.UsageError(f"{path}: holds no identifiable parameter; dive again, and identify that")
     intervals = {
         interval.coefficient: (interval.low95, interval.high95)
         for interval in sidecar.intervals.values()
@@ -138,8 +125,7 @@ def _accepted(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[
     }
     model = model_of(values, file, sidecar.configuration, intervals)
     doubted = {name: why for name, why in sidecar.doubted.items() if name in values}
-    shape = file.vehicle.configurations[sidecar.configuration]
-    effects = library(shape, file.vehicle.thrust_curve.lag_s)
+    effects = library(file.vehicle.configurations[sidecar.configuration], file.vehicle.thrust_curve.lag_s)
     return with_effects(model, sidecar.effects, effects), doubted
 
 

@@ -4,6 +4,7 @@ import argparse
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 from bridge import clock as clocks
@@ -48,6 +49,7 @@ LET_GO = "its ring was full or let its oldest go; merge what others recorded the
 HURT_BEYOND = (
     "The vehicle's recording is damaged before or after this dive (places: {count}), which costs it nothing"
 )
+OF_WHOLE = ("damaged_beyond", "holes", "lost", "beyond", "guessed")
 FETCH_SHARE = 0.9
 """Share of the work; the rest is merging both recordings."""
 
@@ -132,8 +134,7 @@ def dive_of(arguments: argparse.Namespace, clock: Clock) -> DiveFolder:
 class Fetched:
     """Result of a fetch: the recording, its frames, and how many of them only the vehicle had.
 
-    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; `damaged_beyond`:
-    number of further such places before or after the dive. `holes`, `lost`, `beyond` and `guessed` as in `Whole`.
+    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; OF_WHOLE as in `Whole`.
     """
 
     path: Path
@@ -195,18 +196,8 @@ class Fetcher:
             with merge_lock(folder.path, AGAIN):
                 made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
             path = folder.path / WHOLE
-        return Fetched(
-            path,
-            len(made.records),
-            made.missing,
-            fetching.fetched,
-            made.damaged,
-            made.damaged_beyond,
-            made.holes,
-            made.lost,
-            made.beyond,
-            made.guessed,
-        )
+        of_whole = {name: getattr(made, name) for name in OF_WHOLE}
+        return Fetched(path, len(made.records), made.missing, fetching.fetched, made.damaged, **of_whole)
 
     def new(
         self, root: Path, vehicle: tuple[int, int], minutes: float | None, name: str, about: About
@@ -214,14 +205,12 @@ class Fetcher:
         """Make a dive folder of the vehicle's newest boot, or of its last minutes. Raises as `whole`."""
         mirror = Mirror(root / MIRROR)
         most_ms = None if minutes is None else round(minutes * 60_000)
+        choose = partial(segments_of_newest_boot, most_ms=most_ms)
         with mirror.alone():
-            fetching = Fetching(
-                mirror, lambda listing: segments_of_newest_boot(listing, most_ms), self.clock.boot_s()
-            )
+            fetching = Fetching(mirror, choose, self.clock.boot_s())
             self._fetch(fetching, vehicle)
-        most_us = None if most_ms is None else most_ms * 1000
         ring = _paths(mirror, fetching.chosen)
-        records, damaged = newest_frames(ring, most_us)
+        records, damaged = newest_frames(ring, None if most_ms is None else most_ms * 1000)
         folder = new_folder(root, records[0][0] / 1e6, name)
         folder.describe(about)
         path = folder.path / "telemetry.tlog"
@@ -230,13 +219,9 @@ class Fetcher:
 
     def _fetch(self, fetching: Fetching, vehicle: tuple[int, int]) -> None:
         def progress(now: Fetching) -> None:
-            total = now.total_bytes
-            words = (
-                f"fetching, {now.held_bytes / 1e6:.1f} of {total / 1e6:.1f} MB"
-                if total
-                else "asking for the list"
-            )
-            self.tell(FETCH_SHARE * now.held_bytes / max(total, 1), words)
+            held, total = now.held_bytes, now.total_bytes
+            words = f"fetching, {held / 1e6:.1f} of {total / 1e6:.1f} MB" if total else "asking for the list"
+            self.tell(FETCH_SHARE * held / max(total, 1), words)
 
         fetch(self.link, self.clock, fetching, vehicle, self.patience_s, progress)
         self.tell(FETCH_SHARE, "putting both recordings together")

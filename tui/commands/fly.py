@@ -215,7 +215,6 @@ def proposed(
 
 
 def sentence(outcome: Outcome) -> str:
-    """How the flight went."""
     known = (
         f"all that was asked for was known {outcome.known_s:.0f} s after the start"
         if outcome.all_known

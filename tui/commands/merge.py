@@ -112,7 +112,6 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
 
 
 def _came(file: Path, into: Path, whole: Whole) -> str:
-    """Describe the result of a merge."""
     begins_us, ends_us = whole.records[0][0], whole.records[-1][0]
     lacking = lacking_words(whole.holes, whole.lost)
     subject = "what there is of the dive is" if lacking else "the dive is whole"

@@ -79,7 +79,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def list_sockets(links: Sequence[str]) -> None:
-    """Print which network sockets are open."""
     for sentence in of_links(links, "a link to the ground"):
         say(sentence)
 

@@ -11,7 +11,7 @@ from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, can_check, nearest_first
 from tui.app.diagnosis import PHASES, Answer, Cause, Foretold, Tried, answer, foretold
-from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, width, wrapped
+from tui.app.drawing import Line, Lines, Role, Span, apart, bar, beside, number, stacked, width, wrapped
 from tui.app.header import Tab
 from tui.app.jobs import Kept, newer
 from tui.app.keys import LOOKS, Action, bindings
@@ -65,11 +65,8 @@ def where(answer: Answer, cells: int) -> Lines:
     more of it, and the missing force beside it. A list of the parts if the map does not fit.
     """
     if answer.verdict == "no_gap":
-        none = wrapped(NOTHING_RETURNS if answer.drifts else NOWHERE, "plain", cells)
-        return (
-            *none,
-            *(line for words in answer.words.disturbance for line in wrapped(words, "quiet", cells)),
-        )
+        none = NOTHING_RETURNS if answer.drifts else NOWHERE
+        return (*wrapped(none, "plain", cells), *stacked(answer.words.disturbance, "quiet", cells))
     known = [dof for dof in DOFS if dof in answer.force_n or any(name == dof for name, _ in answer.shares)]
     room = cells - NAME_CELLS - 1 - len(FORCE)
     widths = [max(len(words), SHADE_CELLS) + 1 for words in PHASES.values()]
@@ -86,9 +83,7 @@ def where(answer: Answer, cells: int) -> Lines:
         force = number(answer.force_n.get(dof, math.nan), 2)
         line = (*line, (f"{force:>8}", "plain"), (f" {'N' if dof in DOFS[:3] else 'N m'}", "quiet"))
         lines.append(line)
-    for sentence in answer.words.disturbance:
-        lines += wrapped(sentence, "quiet", cells)
-    return tuple(lines)
+    return (*lines, *stacked(answer.words.disturbance, "quiet", cells))
 
 
 def _parts(answer: Answer, cells: int) -> Lines:
@@ -102,9 +97,7 @@ def _parts(answer: Answer, cells: int) -> Lines:
         for (dof, phase), share in parts
         if share > 0
     ]
-    for sentence in answer.words.disturbance:
-        lines += wrapped(sentence, "quiet", cells)
-    return tuple(lines)
+    return (*lines, *stacked(answer.words.disturbance, "quiet", cells))
 
 
 def _cell(share: float, width: int) -> Line:
@@ -135,12 +128,11 @@ def which(answer: Answer, cells: int) -> Lines:
         lines += [(), apart((("possible, not accepted", "warn"),), columns, cells)]
     for place, (cause, probability) in enumerate(possible, len(likely) + 1):
         lines += _cause(place, cause, probability, most, cells, "faded")
-    for line in words.character:
-        lines += wrapped(line, "warn", cells)
+    lines += stacked(words.character, "warn", cells)
     if tried:
         lines += [(), (("tried as well, and not accepted", "quiet"),)]
-        for candidate in tried:
-            lines += _tried(candidate, most, cells)
+    for candidate in tried:
+        lines += _tried(candidate, most, cells)
     return tuple(lines)
 
 
@@ -165,9 +157,7 @@ def _named(mark: Span, name: Span, right: Line, cells: int) -> Lines:
     """A name, and text at its right: in the same line if both fit, else in the line below."""
     if len(mark[0]) + len(name[0]) + width(right) < cells:
         return (apart((mark, name), right, cells),)
-    first, *more = wrapped(name[0], name[1], cells - len(mark[0]))
-    blank: Span = (" " * len(mark[0]), "plain")
-    return ((mark, *first), *((blank, *line) for line in more), apart((), right, cells))
+    return (*beside((mark,), *name, cells), apart((), right, cells))
 
 
 def _evidence(nats: float, most: float, role: Role) -> Line:
@@ -225,14 +215,10 @@ def _axis(axis: AxisShrink, most: float, cells: int) -> Line:
 
 def what_next(answer: Answer, cells: int) -> Lines:
     """The next dive to make, and notes on this dive."""
-    lines: list[Line] = []
     sends = answer.verdict == "explained" and not answer.contradicted
     then = "upload what was found, and dive on" if sends else "dive on"
-    for sentence in answer.words.next or (f"Nothing is left to split: {then}.",):
-        lines += wrapped(sentence, "strong", cells)
-    for note in answer.words.notes:
-        lines += wrapped(note, "quiet", cells)
-    return tuple(lines)
+    following = answer.words.next or (f"Nothing is left to split: {then}.",)
+    return (*stacked(following, "strong", cells), *stacked(answer.words.notes, "quiet", cells))
 
 
 MAKES: Final = {"where": where, "which": which, "far": how_far, "next": what_next}
@@ -315,8 +301,8 @@ class DiagnoseScreen(SectionScreen):
             ahead = self._foretold.read(sidecar_path(self.dive / ACCEPTABLE))
         ahead = ahead or Foretold()
         return (
-            *(line for words in ahead.words for line in wrapped(words, "strong", cells)),
-            *(line for words in ahead.why for line in wrapped(words, "quiet", cells)),
+            *stacked(ahead.words, "strong", cells),
+            *stacked(ahead.why, "quiet", cells),
             *MAKES[name](diagnosis, cells),
         )
 

@@ -161,19 +161,14 @@ class DivesScreen(StationScreen):
             self.draw()
 
     async def action_begin(self, screen: str) -> None:
-        if self._at is None:
-            self._wait(screen)
-            return
-        self.desk.dive = self._at
-        await self.begin_on(screen)
+        if (dive := self._dive_for(screen)) is not None:
+            self.desk.dive = dive.folder
+            await self.begin_on(screen)
 
     def action_note(self) -> None:
-        dive = self._dive()
-        if dive is None:
-            self._wait("note")
-            return
-        about = self._about(dive)
-        if about is None:
+        dive = self._dive_for("note")
+        about = self._about(dive) if dive is not None else None
+        if dive is None or about is None:
             return
 
         def keep(texts: Mapping[str, str]) -> None:
@@ -195,10 +190,7 @@ class DivesScreen(StationScreen):
             return None
 
     def action_replay(self) -> None:
-        dive = self._dive()
-        if dive is None:
-            self._wait("replay")
-        else:
+        if (dive := self._dive_for("replay")) is not None:
             self.run_worker(self._replay(dive.folder), exclusive=True)
 
     async def _replay(self, folder: Path) -> None:
@@ -220,12 +212,9 @@ class DivesScreen(StationScreen):
 
     def action_conditions(self) -> None:
         """Ask for the conditions of the dive; if none are known, start from those of the previous dive."""
-        dive = self._dive()
-        if dive is None:
-            self._wait("conditions")
-            return
-        about = self._about(dive)
-        if about is None:
+        dive = self._dive_for("conditions")
+        about = self._about(dive) if dive is not None else None
+        if dive is None or about is None:
             return
         known = about.conditions
         title = f"Conditions of {dive.name}"
@@ -269,10 +258,12 @@ class DivesScreen(StationScreen):
             self._tell_skipped()
             self.call_later(self.run_action, f"begin('{then}')" if then in WORK else then)
 
-    def _wait(self, action: str) -> None:
-        """Run the action or begin the work once the list is there; the first of several quick keys counts."""
-        if self.desk.jobs.runs(LIST):
+    def _dive_for(self, action: str) -> DiveRow | None:
+        """The marked dive. Without one the action or work follows once the list is there; of quick keys the first."""
+        dive = self._dive()
+        if dive is None and self.desk.jobs.runs(LIST):
             self.desk.then = self.desk.then or action
+        return dive
 
     def _tell_skipped(self) -> None:
         """Name the newer dives that are skipped, so that nobody mistakes an older dive for the newest."""

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, Final
 
@@ -9,7 +10,6 @@ from bridge.errors import LogError
 from bridge.text import printable
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from gcs_plugin.dives.recordings import began, bytes_of, length_s
-from identify.axis_span import Span as AxisSpan
 from tui.app.drawing import (
     NOTHING,
     SHOWN_IN,
@@ -23,17 +23,14 @@ from tui.app.drawing import (
     day,
     hanging,
     number,
+    stacked,
     stopwatch,
     titled,
     width,
 )
 from tui.app.header import PHONE
 from tui.app.jobs import real
-from tui.dive_list import FAIR, DiveRow, Glance, dive_folders, kept_glance, letters, short_name
-
-OF_GLANCE: Final = ("why_not", "error", "stray", "restarts", "lacking", "unheard_s", "unheard")
-OF_ROW: Final = ("name", "size_bytes", "notes", "conditions", "damaged", "underway")
-"""Fields of `Glance` and `DiveRow` that are in the list as they are."""
+from tui.dive_list import FAIR, DiveRow, Glance, dive_folders, glance_of, kept_glance, letters, short_name
 
 UNREAD: Final = "…"
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
@@ -57,28 +54,15 @@ def listed(result: Any) -> tuple[DiveRow, ...]:
 
 
 def _dive(data: Mapping[str, Any]) -> DiveRow:
-    excitation = data["excitation"]
-    known = {entry["name"]: entry["relative_std"] for entry in excitation or ()}
-    relative_std = {name: math.inf if std is None else std for name, std in known.items()}
-    glance = Glance(
-        data["began_unix_s"],
-        real(data["duration_s"]),
-        real(data["loss"]),
-        None if excitation is None else relative_std,
-        tuple(
-            AxisSpan(span["axis"], real(span["seconds"]), real(span["thrust"]), real(span["speed"]))
-            for span in data["axes"]
-        ),
-        **{name: data[name] for name in OF_GLANCE},
+    known = data["excitation"]
+    std = None if known is None else {each["name"]: each["relative_std"] for each in known}
+    of_glance, of_row = (
+        {field.name: data[field.name] for field in fields(of) if field.name in data}
+        for of in (Glance, DiveRow)
     )
-    return DiveRow(
-        Path(data["folder"]),
-        glance=glance,
-        events=tuple(data["events"]),
-        learnt=tuple(data["learnt"]),
-        worked_on=tuple(data["worked_on"]),
-        **{name: data[name] for name in OF_ROW},
-    )
+    glance = glance_of(of_glance | {"relative_std": std, "spans": data["axes"]}, data["folder"])
+    lists = {name: tuple(data[name]) for name in ("events", "learnt", "worked_on")}
+    return DiveRow(**of_row | lists | {"folder": Path(data["folder"]), "glance": glance})
 
 
 def with_unread(dives: Sequence[DiveRow], root: Path) -> tuple[DiveRow, ...]:
@@ -203,8 +187,7 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
         lines += hanging(f"can't be read: {dive.glance.error}", "bad", cells)
     elif not dive.underway:
         lines += _axes(dive, cells)
-    if dive.damaged:
-        lines += hanging(dive.damaged, "bad", cells)
+    lines += stacked((dive.damaged,), "bad", cells, hanging)
     if dive.glance.why_not:
         unknown = (
             "what it could identify is not known"
@@ -217,8 +200,8 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
             f"{number(100 * dive.glance.loss, 1)} % of its frames were lost on the link", "warn", cells
         )
     stray = f"{dive.glance.stray}." if dive.glance.stray else ""
-    for sentence in filter(None, (stray, dive.glance.restarts, dive.glance.lacking, dive.glance.unheard)):
-        lines += hanging(sentence, "warn", cells)
+    odd = (stray, dive.glance.restarts, dive.glance.lacking, dive.glance.unheard)
+    lines += stacked(odd, "warn", cells, hanging)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
         lines += hanging(f"conditions: {dive.conditions}{asks}", "plain", cells)
@@ -226,11 +209,10 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
         lines += hanging(f"conditions: not noted{asks}", "quiet", cells)
     if dive.notes:
         lines += hanging(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
-    for event in dive.events:
-        lines += hanging(f"noted at {' '.join(event.split())}", "plain", cells)
-    for sentence in dive.learnt:
-        lines += hanging(sentence, "quiet", cells)
-    return tuple(lines)
+    lines += stacked(
+        (f"noted at {' '.join(event.split())}" for event in dive.events), "plain", cells, hanging
+    )
+    return (*lines, *stacked(dive.learnt, "quiet", cells, hanging))
 
 
 def _axes(dive: DiveRow, cells: int) -> Iterator[Line]:

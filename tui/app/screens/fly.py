@@ -22,7 +22,7 @@ from bridge.schema import build
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from gcs_plugin.flying.run import per_cent
 from gcs_plugin.watch.picture import Picture
-from tui.app.drawing import Lines, Span, hanging, heading, number
+from tui.app.drawing import Lines, Span, hanging, heading, number, stacked
 from tui.app.jobs import Jobs, JobState, job_lines
 from tui.app.keys import HIDDEN, Action, bindings
 from tui.app.next_step import Flight
@@ -119,7 +119,7 @@ def proposed_lines(proposed: Proposed, cells: int) -> Lines:
         heading("LIMITS, held by the vehicle", "", cells),
         *hanging(", ".join(within), "strong", cells),
         heading(f"PLAN, {seconds:.0f} s at most, piece by piece", "", cells),
-        *(line for words in pieces for line in hanging(words, "plain", cells)),
+        *stacked(pieces, "plain", cells, hanging),
     )
 
 
@@ -391,8 +391,8 @@ class FlyScreen(StationScreen):
                 title = heading("KNOWN, half of the 95 % interval", "", cells)
                 lines = (*lines, title, *width_lines(known, cells))
             said = [report.words for report in reversed(state.reports) if report.of == SAID]
-            sentences = tuple(line for words in said for line in hanging(words, "plain", cells))
-            lines = (*lines, heading("SAID, the newest first", "", cells), *sentences)
+            told = stacked(said, "plain", cells, hanging)
+            lines = (*lines, heading("SAID, the newest first", "", cells), *told)
         if proposed is None or self.flies:
             return lines
         plan = proposed_lines(proposed, cells)

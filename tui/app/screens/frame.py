@@ -17,7 +17,7 @@ from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from tui.app.desk import Desk
-from tui.app.drawing import Line, Lines, Role, Span, changed, harmless, width, wrapped
+from tui.app.drawing import Line, Lines, Role, beside, changed, harmless
 from tui.app.header import PHONE, Tab, header, tab_at
 from tui.app.keys import EVERYWHERE, Action
 from tui.app.next_step import ASKED
@@ -272,10 +272,7 @@ class StationScreen(Screen[None]):
         keys = [self._station_app.key_of_action(name) for name in step.actions if name != here]
         named: Line = ((f" {' '.join(keys)} ", "key"),) if keys and not self.view_only else ()
         head: Line = ((" NEXT ", "accent"), *named, (" ", "plain"))
-        room = max(cells - width(head), 1)
-        first, *more = wrapped(step.words, "strong", room)
-        indent: Span = (" " * width(head), "plain")
-        return ((*head, *first), *((indent, *line) for line in more))
+        return beside(head, step.words, "strong", cells)
 
     def body(self) -> ComposeResult:
         yield from ()

@@ -12,10 +12,11 @@ from bridge.reports import Report
 from tui.app.drawing import Lines, hanging, heading
 from tui.app.header import Tab
 from tui.app.identification import Identified, load_identified
+from tui.app.jobs import ended
 from tui.app.keys import LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn
 from tui.app.screens.identify_lines import result
-from tui.app.screens.identify_progress import curves, ended, passes_of, progress
+from tui.app.screens.identify_progress import curves, passes_of, progress
 from tui.app.screens.on_dive import DiveScreen
 from tui.app.view import View
 from tui.dive_list import results_beside
@@ -143,8 +144,8 @@ class IdentifyScreen(DiveScreen):
         return curves(self._reports(), cells, rows)
 
     def _result(self, cells: int, _: int) -> Lines:
-        ending = ended(self.job, cells) if self.job is not None else ()
-        lines = (*hanging(self.obstacle, "warn", cells), *ending) if self.obstacle else ending
+        lines = ended(self.VERB, self.job, cells)
+        lines = (*hanging(self.obstacle, "warn", cells), *lines) if self.obstacle else lines
         if self._shown is not None:
             return (*lines, *result(self._shown, cells))
         if self.dive is None:

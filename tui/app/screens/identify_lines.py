@@ -6,7 +6,7 @@ from itertools import zip_longest
 from typing import Final
 
 from identify.words import capital
-from tui.app.drawing import Line, Lines, Role, abreast, day, hanging, number, titled, width
+from tui.app.drawing import Line, Lines, Role, abreast, day, hanging, number, stacked, titled, width
 from tui.app.identification import Identified, Value
 from tui.show import number as significant
 
@@ -32,10 +32,8 @@ def result(shown: Identified, cells: int) -> Lines:
         *titled(f"{shown.dive} {shown.configuration}", f"{day(shown.written_unix_s)} UTC", cells)
     ]
     lines += hanging(_outcome(shown), "strong" if good else "warn", cells)
-    for sentence in shown.comparison.sentences if shown.comparison else ():
-        lines += hanging(sentence, "plain", cells)
-    for doubt in shown.doubts:
-        lines += hanging(f"▲ {doubt}", "warn", cells)
+    lines += stacked(shown.comparison.sentences if shown.comparison else (), "plain", cells, hanging)
+    lines += stacked((f"▲ {doubt}" for doubt in shown.doubts), "warn", cells, hanging)
     reasons = list(dict.fromkeys(value.reason for value in shown.values if value.reason))
     rows: list[Line] = []
     if shown.count:

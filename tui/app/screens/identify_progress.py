@@ -7,13 +7,12 @@ from typing import Final
 
 import numpy as np
 
-from bridge import exit_codes
 from bridge.arrays import Array
 from bridge.reports import PAGE, UNKEPT, Report
 from bridge.vehicle.coefficients import OF_HULL
 from tui.app.curves import ACROSS, AXIS_CELLS, BLANK, Dots, braille, dots, dotted, framed
-from tui.app.drawing import NOTHING, Line, Lines, abreast, apart, cut, hanging, stopwatch, titled, width
-from tui.app.jobs import NOT_KEPT, JobState
+from tui.app.drawing import NOTHING, Line, Lines, abreast, apart, cut, stopwatch, titled, width
+from tui.app.jobs import JobState
 from tui.show import number as significant
 
 LEAST_PASSES: Final = 4
@@ -24,7 +23,6 @@ NAME_CELLS: Final = 12
 WIDE: Final = 120  # cells from which four charts fit side by side
 BETWEEN_CHARTS: Final = 3
 REFUSED: Final = "not identified"
-AFTER_A_RUN: Final = (exit_codes.DONE, exit_codes.NO)
 
 
 @dataclass(frozen=True)
@@ -122,31 +120,16 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
         return (_bar(PAGE, page, cells),)
     clock = stopwatch((state.ended_s if state.ended_s is not None else now_s) - state.began_s)
     then = "then parameters, " if goes_on and state.runs else ""
-    lines: list[Line] = [*titled(f"{_stage(state)} {_dive(state)}", then + clock, cells)]
+    stage = "STOPPING" if state.cancelled else "IDENTIFYING"
+    title = f"{stage if state.runs else 'CURVES OF'} {Path(state.words[1]).name}"
+    lines: list[Line] = [*titled(title, then + clock, cells)]
     if not newest and state.runs:
         lines.append((("reading the dive", "quiet"),))
-    if any(report.answered for report in newest.values()):
-        newest = {method: _beside(report, newest) for method, report in newest.items()}
-    return (*lines, *(_bar(method, report, cells) for method, report in newest.items()))
-
-
-def _beside(report: Report, all_of: Mapping[str, Report]) -> Report:
-    """The report of a method that has answered, with where its values stand while another is still at work."""
-    waits = report.answered and not all(other.answered for other in all_of.values())
-    return replace(report, words=f"{report.words}: its values stand behind vs") if waits else report
-
-
-def _stage(state: JobState) -> str:
-    if state.done is None:
-        return "STOPPING" if state.cancelled else "IDENTIFYING"
-    if state.cancelled and not state.draws:
-        return "STOPPED"
-    answered = state.draws or state.unkept is not None
-    return "IDENTIFIED" if answered or state.done.code in AFTER_A_RUN else "FAILED"
-
-
-def _dive(state: JobState) -> str:
-    return Path(state.words[1]).name if len(state.words) > 1 else ""
+    at_work = not all(report.answered for report in newest.values())
+    for method, report in newest.items():
+        beside = ": its values stand behind vs" if report.answered and at_work else ""
+        lines.append(_bar(method, replace(report, words=f"{report.words}{beside}"), cells))
+    return tuple(lines)
 
 
 def _bar(method: str, report: Report, cells: int) -> Line:
@@ -217,19 +200,3 @@ def _values(answered: Mapping[str, Mapping[str, tuple[float, float]]], name: str
 
 def _unit(name: str) -> str:
     return OF_HULL[name].unit if name in OF_HULL else ""
-
-
-def ended(state: JobState, cells: int) -> Lines:
-    """How a run without a result ended; empty for a run with a result."""
-    done = state.done
-    if done is None or (done.code in AFTER_A_RUN and not state.cancelled):
-        return ()
-    if state.cancelled and state.draws:
-        values = "its values are below" if state.unkept is None else NOT_KEPT
-        return hanging(f"{_dive(state)}: its page was stopped by you; {values}", "warn", cells)
-    if state.cancelled:
-        took = stopwatch((state.ended_s or state.began_s) - state.began_s)
-        return hanging(
-            f"{_dive(state)}: stopped by you after {took}; what lay there before stays", "warn", cells
-        )
-    return hanging(state.failure, "bad", cells)

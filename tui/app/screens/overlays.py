@@ -1,6 +1,6 @@
 """Help, questions and forms over a screen, whose top line stays bright and live; and a question below it."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from typing import Any, ClassVar, Final, TypeVar
 
@@ -12,7 +12,7 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Input, Label, Static
 
 from bridge.errors import SeatrialError
-from tui.app.drawing import Line, Lines, Role, width, wrapped
+from tui.app.drawing import Line, Lines, Role, beside, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen, TopLine
 from tui.app.themes import ROLE_CLASSES
@@ -236,7 +236,6 @@ class AskLine(Vertical):
         self.screen.set_focus(None)
 
     def empty(self) -> None:
-        """Clear the line for another try."""
         self._line.value = ""
 
 
@@ -303,10 +302,5 @@ def _entry(keys: str, sentence: str, words: str, role: Role, cells: int) -> Line
     column = max(WORD_CELLS, len(words) + 1) if words else 0  # a longer name shifts only its own sentence
     head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{column}}", "plain"))
     if words and cells < CELLS:
-        return (head, *_indented(wrapped(sentence, role, cells - NARROW_INDENT), NARROW_INDENT))
-    first, *more = wrapped(sentence, role, cells - width(head))
-    return ((*head, *first), *_indented(more, width(head)))
-
-
-def _indented(lines: Sequence[Line], by: int) -> Iterator[Line]:
-    return (((" " * by, "plain"), *line) for line in lines)
+        return (head, *wrapped(sentence, role, cells, " " * NARROW_INDENT))
+    return beside(head, sentence, role, cells)

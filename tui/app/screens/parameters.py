@@ -10,7 +10,7 @@ from textual.widgets import Input
 from bridge.reports import Written
 from gcs_plugin.params.comparison import Compared
 from gcs_plugin.watch.picture import Picture
-from tui.app.drawing import Lines, entry_at, wrapped
+from tui.app.drawing import Lines, entry_at, stacked, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens import parameters_lines as lines
 from tui.app.screens import parameters_table
@@ -266,9 +266,8 @@ class ParametersScreen(StationScreen):
             return ()
         # Notes from before a write may no longer hold after it.
         remarks = shown.notes if self._transfer.written is None else ()
-        notes = tuple(line for note in remarks for line in wrapped(note, "quiet", cells))
         became, stale_s = self._became().get(entry.name), self._transfer.stale_s(self._picture)
-        return (*lines.details(entry, became, stale_s, cells), *notes)
+        return (*lines.details(entry, became, stale_s, cells), *stacked(remarks, "quiet", cells))
 
     def _question(self, cells: int, _: int) -> Lines:
         transfer = self._transfer

@@ -152,7 +152,6 @@ def _changed(result: Mapping[str, Any]) -> bool:
 
 
 def _doing(stage: str) -> str:
-    """Describe the current step of writing by the name of its stage."""
     if stage in (Stage.UNDO.name, Stage.UNDO_COMMIT.name):
         return "It failed: what was written is taken back."
     if stage == Stage.COMMIT.name:

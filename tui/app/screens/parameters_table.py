@@ -158,7 +158,6 @@ def _told_in_place(
 
 
 def _column(head: str, spans: Sequence[Span], least: int = 0) -> _Column:
-    """A column of words."""
     return _Column(head, tuple(spans), right=False, least=least)
 
 
@@ -217,7 +216,6 @@ def _spans(texts: Iterable[str], roles: Iterable[Role]) -> tuple[Span, ...]:
 
 
 def number(value: float | None, digits: int = DIGITS) -> str:
-    """Format a value to so many digits."""
     return NOTHING if value is None else f"{value + 0.0:.{digits}g}"
 
 

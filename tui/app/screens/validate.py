@@ -18,7 +18,7 @@ from identify.validation.raising import BASELINE
 from identify.validation.tracking_curves import CURVES, WRENCH_UNITS, Followed
 from tui.app.curves import Curve, plot, seconds
 from tui.app.desk import VALIDATED, can_check
-from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, wrapped
+from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, beside, cut, number, stacked, wrapped
 from tui.app.header import PHONE, Tab
 from tui.app.jobs import Kept, real
 from tui.app.keys import LOOKS, Action, bindings
@@ -145,11 +145,9 @@ def verdict_lines(run: Run, cells: int, raising: str = "") -> Lines:
         return wrapped(f"{run.dive} is {BASELINE}" if is_baseline else NO_VERDICT, "plain", cells)
     mark: Span = (" ● GO ", "strong") if judgement.go else (" ▲ NO-GO ", "bad")
     head = apart((mark,), ((cut(run.dive, cells - 12), "quiet"),), cells)
-    foretold = wrapped(run.foretold, "strong", cells) if run.foretold else ()
-    lines = (head, *foretold, *wrapped(judgement.sentence, "strong", cells))
-    if judgement.go and run.mode == Mode.SHADOW.word and raising:
-        lines += wrapped(raising, "strong", cells)
-    return lines
+
+    raises = raising if judgement.go and run.mode == Mode.SHADOW.word else ""
+    return (head, *stacked((run.foretold, judgement.sentence, raises), "strong", cells))
 
 
 def criteria_lines(run: Run, cells: int) -> Lines:
@@ -174,8 +172,7 @@ def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
         below = wrapped(criterion.words, words_role, cells, " " * (len(mark) + 1))
         return (((mark, role), (f" {_label(criterion)}", "plain")), *below)
     head: Line = ((mark, role), (f" {_label(criterion):<{label_cells}} ", "plain"))
-    first, *more = wrapped(criterion.words, words_role, cells - indent)
-    return ((*head, *first), *(((" " * indent, "plain"), *line) for line in more))
+    return beside(head, criterion.words, words_role, cells)
 
 
 def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
@@ -186,11 +183,7 @@ def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
     for axis in dict.fromkeys(axis for run in runs for axis in run.errors):
         unit = next(run.units[axis] for run in runs if axis in run.units)
         shown, factor = ERRORS_IN[unit]
-        head: Line = ((f"{f'{axis}, {shown}':<{left}}", "strong"),)
-        for run in runs:
-            role: Role = "strong" if run.dive == chosen else "quiet"
-            head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
-        lines.append(head)
+        lines.append(((f"{f'{axis}, {shown}':<{left}}", "strong"), *_labels(runs, chosen, width)))
         for key, words in ROWS.items():
             values = [run.errors.get(axis, {}).get(key, math.nan) * factor for run in runs]
             lines.append(_row(words, values, DIGITS[shown], left, width, mark=True))
@@ -203,6 +196,12 @@ def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
                 lines.append(_row(f"{words}, {force}", values, EFFORT_DIGITS, left, width, mark=False))
         lines.append(())
     return (*whole_lines(runs, chosen, left, width), *lines[:-1])
+
+
+def _labels(runs: Sequence[Run], chosen: str, width: int) -> Line:
+    return tuple(
+        (f"{cut(run.label, width - 1):>{width}}", "strong" if run.dive == chosen else "quiet") for run in runs
+    )
 
 
 def whole_lines(runs: Sequence[Run], chosen: str, left: int, width: int) -> Lines:
@@ -221,21 +220,18 @@ def whole_lines(runs: Sequence[Run], chosen: str, left: int, width: int) -> Line
     if not lines:
         return ()
     both = next((words for words in BOTH_PARTS if len(words) <= left), BOTH_PARTS[-1])
-    head: Line = ((f"{both if keys == WHOLE else 'rms: whole':<{left}}", "strong"),)
-    for run in runs:
-        role: Role = "strong" if run.dive == chosen else "quiet"
-        head = (*head, (f"{cut(run.label, width - 1):>{width}}", role))
-    return (head, *lines, ())
+    head: Span = (f"{both if keys == WHOLE else 'rms: whole':<{left}}", "strong")
+    return ((head, *_labels(runs, chosen, width)), *lines, ())
 
 
 def _row(words: str, values: Sequence[float], digits: int, left: int, width: int, *, mark: bool) -> Line:
     known = [value for value in values if math.isfinite(value)]
     least = min(known) if mark and len(known) > 1 else math.nan
-    line: Line = ((cut(f"  {words}", left).ljust(left), "quiet"),)
-    for value in values:
-        role: Role = "strong" if value == least else "plain"
-        line = (*line, (f"{number(value, digits):>{width}}", role))
-    return line
+    said: Span = (cut(f"  {words}", left).ljust(left), "quiet")
+    return (
+        said,
+        *((f"{number(v, digits):>{width}}", "strong" if v == least else "plain") for v in values),
+    )
 
 
 def curve_lines(run: Run, axis: str, cells: int, rows: int) -> Lines:
