@@ -35,7 +35,9 @@ def dived() -> None:
     from tui import cli
 
     dive_of(draw_case(391_001, names=["quadratic_drag"], size=0.9, seconds=SECONDS))
-    draw(5, 2, "tether", 1.0, 8.0).files()
+    field = draw(5, 2, "tether", 1.0, 8.0)
+    field.recording(0)
+    field.truth()
     with tempfile.TemporaryDirectory() as folder:
         os.environ["XDG_STATE_HOME"] = folder
         legs = Path(folder) / "legs.yaml"

@@ -87,11 +87,12 @@ def test_a_velocity_that_was_told_late_is_turned_by_the_attitude_of_its_own_time
 
 
 def recorded(case, folder):
-    for name, content in case.files().items():
-        (folder / name).write_bytes(content)
-    file = load_vehicle(str(folder / "vehicle.yaml"))
+    vehicle, log = folder / "vehicle.yaml", folder / "dive.tlog"
+    vehicle.write_text(case.vehicle.text, encoding="utf-8")
+    log.write_bytes(case.recording(0))
+    file = load_vehicle(str(vehicle))
     (name,) = file.vehicle.configurations
-    return read_dive(folder / "dive.tlog.gz", None, file), file, name
+    return read_dive(log, None, file), file, name
 
 
 def calm(seed, number, late_s, smooth_s, seconds=160.0):
