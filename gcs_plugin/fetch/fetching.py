@@ -172,9 +172,8 @@ class Fetching:
                     return
             asked = Packet(0, self._session, Op.CRC32, len(name), data=name.encode("ascii"))
             while (answer := (yield from self._ask("sum", asked))).fault is not None:
-                if (
-                    was_whole
-                ):  # the vehicle can no longer compute it; the checksum was right when this was fetched
+                # The vehicle can no longer compute it: the checksum was right when this was fetched.
+                if was_whole:
                     return
             if answer.packet.data[:SUM_BYTES] == self._mirror.checksum(name).to_bytes(SUM_BYTES, "little"):
                 if not was_whole:
