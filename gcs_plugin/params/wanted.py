@@ -20,11 +20,11 @@ class Wanted:
     """Values to be sent, by parameter id, with their origin.
 
     `notes` are sentences about the origin; `whole`: the values are a complete model, so effects accepted earlier no
-    longer hold; `sidecar` has intervals and origin, if the file has one; `system` is the only MAVLink system that may
-    have the values, None for any; `left_out` are the lines of the file that were not chosen. If a vehicle file was
-    given, `rigid` is mass or inertia of the rigid body and its standard deviation, by the id of the total, and `kept`
-    the least and the greatest value that such a vehicle takes, by id, and `gains` its own gain of each thruster, by the
-    id of the accepted one.
+    longer hold; `sidecar` has intervals and origin, if the file has one; `system` is the MAVLink system that the values
+    were saved from, None if the file names none; `left_out` are the lines of the file that were not chosen. If a
+    vehicle file was given, `rigid` is mass or inertia of the rigid body and its standard deviation, by the id of the
+    total, and `kept` the least and the greatest value that such a vehicle takes, by id, and `gains` its own gain of
+    each thruster, by the id of the accepted one.
     """
 
     values: dict[str, float]
@@ -67,18 +67,17 @@ class Wanted:
         return replace(self, values=chosen, left_out=frozenset(self.values) - frozenset(chosen))
 
 
-def wanted_by(path: Path, option: str, *, despite_doubts: bool, any_vehicle: bool = False) -> Wanted:
+def wanted_by(path: Path, option: str, *, despite_doubts: bool) -> Wanted:
     """Read a parameter file and its sidecar.
 
     Raises ParamRejected for a damaged file, and for an identification that did not converge unless `despite_doubts`;
-    `option` is named as the way to send it all the same. With `any_vehicle`, any system may have the values.
+    `option` is named as the way to send it all the same.
     """
     if path.suffix == ".json":
         raise ParamRejected(
             f"{path}: is no parameter file; give the .param that `seatrial identify --param` wrote"
         )
-    values, sidecar = read_parameters(path), read_sidecar(path)
-    system = None if any_vehicle else system_of(path)
+    values, sidecar, system = read_parameters(path), read_sidecar(path), system_of(path)
     if sidecar is None:
         return Wanted(values, system=system)
     outcome = sidecar.outcome or CONVERGED

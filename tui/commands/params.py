@@ -99,7 +99,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise exit_codes.NothingLeft(str(error)) from None
         file = Path(arguments.file)
         try:
-            check_system(file, targets.system, system, ", or --any-vehicle")
+            targets = _of_system(file, targets, system, arguments.any_vehicle)
             if arguments.action == "rollback":
                 plan = propose_rollback(file, targets, present, receipts, system)
             else:
@@ -204,9 +204,7 @@ def targets_of(
     """
     file = None if vehicle is None else load_vehicle(vehicle)
     try:
-        wanted = wanted_by(
-            path, "--despite-doubts", despite_doubts=leave.doubts, any_vehicle=leave.any_vehicle
-        )
+        wanted = wanted_by(path, "--despite-doubts", despite_doubts=leave.doubts)
     except ParamError as error:
         raise UsageError(str(error)) from None
     return _chosen(path, wanted, file, leave, only)
@@ -230,6 +228,17 @@ def targets_of_identification(
     except ParamError as error:
         raise UsageError(f"{path}: {error}") from None
     return _chosen(path, Wanted(values, notes, True, sidecar), file, leave, only)
+
+
+def _of_system(path: Path, wanted: Wanted, system: int, any_vehicle: bool) -> Wanted:
+    """The values for the vehicle `system`, with a warning if they were saved from another one and may be sent all the
+    same. Raises ParamRejected if they may not."""
+    if not any_vehicle:
+        check_system(path, wanted.system, system, ", or --any-vehicle")
+    elif wanted.system not in (None, system):
+        warning = f"warning: {path} was saved from vehicle {wanted.system}, and this is vehicle {system}"
+        return replace(wanted, notes=(warning, *wanted.notes))
+    return wanted
 
 
 def _chosen(
