@@ -43,7 +43,8 @@ def record_dive(
     truth = truth or load_truth(file, configuration)
     applied = Mode(parameters.mode) if mode is None else mode
     folder = new_folder(root, unix_s, f"{mission.name}-{applied.word}")
-    folder.describe(about_vehicle(file, configuration, f"simulated, seed {seed}"))
+    notes = f"simulated, seed {seed}"
+    folder.describe(about_vehicle(file, configuration, notes))
     clock = SimulatedClock(unix_at_boot_s=unix_s)
     near, far = memory_pair()
     troubles: list[str] = []
@@ -87,8 +88,7 @@ def record_dive(
     finally:
         recorder.close()
         if not clock.boot_s():
-            folder.note("")  # which is no note of the crew's
-            folder.discard()
+            folder.discard(notes)
         elif share < 1.0:
             begun_s, whole_s = clock.boot_s(), WARM_UP_S + mission.duration_s
             folder.add_event(clock.unix_s(), f"cut short: {begun_s:.0f} s of {whole_s:.0f} s were dived")

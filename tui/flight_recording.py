@@ -33,6 +33,7 @@ from identify.ingest.open import read_dive
 from identify.planning.knowledge import widths
 
 ASKED = "identify"
+FLOWN = "flown by seatrial fly"
 
 
 def recorded_crew(
@@ -46,7 +47,7 @@ def recorded_crew(
 ) -> tuple[Crew, Recorder, DiveFolder]:
     """A crew whose link is recorded into a new dive folder, with the ground's heartbeat."""
     folder = new_folder(root, clock.unix_s(), "fly")
-    folder.describe(about_vehicle(file, configuration, "flown by seatrial fly"))
+    folder.describe(about_vehicle(file, configuration, FLOWN))
     outbox = Outbox()
     recorder = Recorder(
         [link],
@@ -69,7 +70,7 @@ class RecordedHere:
         self, crew: Crew, recorder: Recorder, folder: DiveFolder, tell: Callable[[str], None]
     ) -> None:
         self.crew, self._recorder, self._folder, self._tell = crew, recorder, folder, tell
-        self._over = threading.Event()
+        self._begun, self._over = False, threading.Event()
         self._syncer = threading.Thread(
             target=recorder.sync_until, args=(self._over,), name="recorder-sync", daemon=True
         )
@@ -77,20 +78,22 @@ class RecordedHere:
 
     def begin(self) -> DiveFolder:
         """The folder of the flight that begins now."""
+        self._begun = True
         return self._folder
 
     def end(self, words: str) -> None:
-        """End the recording; `words` say how the flight went."""
+        """End the recording; `words` say how the flight went. Without a flight nothing of it is kept: it would be a
+        dive that can't be read."""
         self._over.set()
         self._syncer.join()
         self._recorder.close()
-        if self._recorder.kept.frames:
+        if self._begun and self._recorder.kept.frames:
             try:
                 self._folder.add_event(self._recorder.unix_us() / 1e6, words)
             except SeatrialError as error:
                 self._tell(str(error))
         else:
-            self._folder.discard()
+            self._folder.discard(FLOWN)
 
 
 class RecordedThere:

@@ -93,16 +93,18 @@ class DiveFolder:
     def set_conditions(self, conditions: Conditions) -> None:
         self.change(lambda about: replace(about, conditions=conditions))
 
-    def discard(self) -> None:
-        """Delete the recordings and folder of a dive without frames, unless it has events, notes, other conditions than
-        the dive before it, or other files.
+    def discard(self, own_notes: str = "") -> None:
+        """Delete the recordings and folder of a dive that is none, unless it has events, notes, other conditions than
+        the dive before it, or other files. `own_notes` are those that the program made itself.
 
         A dive.yaml that can't be read may have some, and a disk that fails keeps all.
         """
         try:
             about = self.about()
             taken_over = (NOTHING_SAID, last_conditions(self.path.parent, self.path))
-            noted = bool(about.events or about.notes) or about.conditions not in taken_over
+            noted = (
+                bool(about.events) or about.notes not in ("", own_notes) or about.conditions not in taken_over
+            )
         except (ConfigError, LogError):
             noted = True
         with contextlib.suppress(OSError):

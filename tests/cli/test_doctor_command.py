@@ -109,6 +109,14 @@ def test_a_vehicle_whose_answer_to_the_arming_is_lost_is_disarmed(link, wet, mon
     assert not link.vehicle.bridge.armed
 
 
+def test_a_wet_check_that_the_vehicle_refuses_leaves_no_dive_that_can_not_be_read(link, wet, tmp_path):
+    link.vehicle.bridge.arm = lambda _armed, **_: False
+    code, _, said = wet(link)
+    assert code != exit_codes.DONE
+    assert "arm" in said
+    assert list(tmp_path.iterdir()) == []
+
+
 def test_a_wet_check_that_is_interrupted_as_it_arms_ends_disarmed_though_orders_are_lost(
     link, wet, monkeypatch
 ):

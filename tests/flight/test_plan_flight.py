@@ -287,6 +287,7 @@ def test_how_a_flight_went_stands_among_the_stamps_of_its_dive_though_the_clock_
     there.begin()
     crew, recorder, folder = recorded_crew(vehicle, FILE, "hovering", tmp_path, clock, print)
     here = RecordedHere(crew, recorder, folder, print)
+    here.begin()
     recorder.step(0.0)
     monkeypatch.setattr(clock, "unix_s", lambda: began_s + day_s)
     for recorded, dive in ((there, DiveFolder(tmp_path)), (here, folder)):
@@ -568,13 +569,13 @@ def test_a_recording_that_ends_in_mid_flight_ends_the_verb_and_the_vehicle_goes_
     assert (flight.end, link.vehicle.bridge.armed) == (End.LINK, False)
 
 
-@pytest.mark.usefixtures("files")
-def test_a_vehicle_in_another_configuration_is_not_flown(capsys, monkeypatch):
+def test_a_vehicle_in_another_configuration_is_not_flown_and_no_dive_is_left(files, capsys, monkeypatch):
     vehicle = on_a_simulated_vehicle(monkeypatch, {}).vehicle
     words = [word.replace("ruvifist:hovering", "ruvifist:survey") for word in command("--armed")]
     assert cli.main(words) == 1
     assert "the vehicle is in configuration 1, and --vehicle names 'survey'" in capsys.readouterr().err
     assert not vehicle.bridge.armed
+    assert list((files / "dives").iterdir()) == []
 
 
 @pytest.mark.parametrize(

@@ -198,17 +198,23 @@ def wet_check(
     vehicle = file.vehicle
     planned = pulses(vehicle, configuration, thrust_curve(vehicle.thrust_curve, file.path.parent))
     folder = new_folder(out, clock.unix_s(), f"{configuration}-wet-check")
-    folder.describe(about_vehicle(file, configuration, f"wet check, {duration_s(planned):.0f} s"))
-    with folder.open_telemetry(1) as writer:
-        recorded = Recorded(link, writer, clock)
-        try:
-            arm(recorded, clock, target)
-            frames = run_pulses(recorded, clock, target, planned, on_progress=progress)
-            disarm(recorded, clock, target)
-        except BaseException:
-            # Over the link itself: a recording that failed must not leave the vehicle armed.
-            _disarm_anyway(link, clock, target)
-            raise
+    noted, begun = f"wet check, {duration_s(planned):.0f} s", False
+    try:
+        folder.describe(about_vehicle(file, configuration, noted))
+        with folder.open_telemetry(1) as writer:
+            recorded = Recorded(link, writer, clock)
+            try:
+                arm(recorded, clock, target)
+                begun = True
+                frames = run_pulses(recorded, clock, target, planned, on_progress=progress)
+                disarm(recorded, clock, target)
+            except BaseException:
+                # Over the link itself: a recording that failed must not leave the vehicle armed.
+                _disarm_anyway(link, clock, target)
+                raise
+    finally:
+        if not begun:  # a dive without a pulse can't be read
+            folder.discard(noted)
     return [ok("recording", str(folder.path)), *wet_findings(file, configuration, frames)]
 
 
