@@ -21,30 +21,34 @@ NEARLY, MOST = 0.15, 0.8
 
 
 def iso_s(words: Sequence[str]) -> Array:
-    """Time (n,) in s of dates with times, or of times of day, ISO 8601; NaN for an empty word.
+    """Time (n,) in s of dates with times, or of times of day, ISO 8601; NaN for a word that is no such time.
 
     Of dates it is Unix time; a time without an offset is taken for UTC. Times of day run on past midnight. Raises
-    ValueError with the first word that is no such time.
+    ValueError with the first word that is no such time if more than MOST_WRONG of them are not empty and none.
     """
-    of_day = ":" in next(filter(None, words), "")[:3]
+    filled = sum(map(bool, words))
+    of_day = 2 * sum(":" in word[:3] for word in words) > filled
     read = _since_midnight_s if of_day else _unix_s
-    time_s = np.array([read(word) if word else np.nan for word in words], np.float64)
+    time_s = np.full(len(words), np.nan)
+    wrong: list[str] = []
+    for row, word in enumerate(words):
+        if word:
+            try:
+                time_s[row] = read(word)
+            except ValueError:
+                wrong.append(word)
+    if len(wrong) > MOST_WRONG * filled:
+        raise ValueError(wrong[0])
     return _past_midnight(time_s) if of_day else time_s
 
 
 def _unix_s(word: str) -> float:
-    try:
-        at = datetime.fromisoformat(word)
-    except ValueError:
-        raise ValueError(word) from None
+    at = datetime.fromisoformat(word)
     return ((at if at.tzinfo else at.replace(tzinfo=UTC)) - EPOCH) / TICK * 1e-6
 
 
 def _since_midnight_s(word: str) -> float:
-    try:
-        at = time.fromisoformat(word.rjust(len(word) + (word[1:2] == ":"), "0"))
-    except ValueError:
-        raise ValueError(word) from None
+    at = time.fromisoformat(word.rjust(len(word) + (word[1:2] == ":"), "0"))
     return 3600.0 * at.hour + 60.0 * at.minute + at.second + 1e-6 * at.microsecond
 
 

@@ -70,8 +70,7 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
                 notes.append(
                     f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
                 )
-            if columns.time.unit == OF_DAY:
-                notes += _no_times_of_day(stream.columns[columns.time.column], clock.time_s, stream)
+            notes += _no_times(stream, columns.time, clock.time_s)
             time_s = _possible(clock.time_s, stream, recorded, notes)
             _refuse_anew(time_s, stream, path)
             tables[stream.name] = _rows(stream, recorded.empty, used, time_s, notes)
@@ -364,13 +363,20 @@ def _times_of_day(path: Path, column: str, stamps: Array) -> Array:
         ) from None
 
 
-def _no_times_of_day(stamps: Array, time_s: Array, stream: Stream) -> list[str]:
-    """A sentence on the stamps (n,) that became no time (n,); none without such."""
-    wrong = stamps[np.isfinite(stamps) & np.isnan(time_s)]
-    if not len(wrong):
+def _no_times(stream: Stream, time: TimeColumn, time_s: Array) -> list[str]:
+    """A sentence on the dates or stamps that became no time (n,); none without such."""
+    if time.unit == OF_DAY:
+        stamps = stream.columns[time.column]
+        wrong, kind = [f"{at:.10g}" for at in stamps[np.isfinite(stamps) & np.isnan(time_s)]], "time of day"
+    elif time.unit == ISO:
+        words = zip(stream.text[time.column], np.isnan(time_s), strict=True)
+        wrong, kind = [f"'{word}'" for word, unread in words if word and unread], "time that ISO 8601 knows"
+    else:
+        return []
+    if not wrong:
         return []
     of_them = "1 row was" if len(wrong) == 1 else f"{len(wrong)} rows were"
-    return [f"Times{_of(stream)} that are no time of day, first {wrong[0]:.10g}: {of_them} left out."]
+    return [f"Times{_of(stream)} that are no {kind}, first {wrong[0]}: {of_them} left out."]
 
 
 @dataclass(frozen=True)
