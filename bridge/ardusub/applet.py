@@ -17,7 +17,7 @@ import numpy as np
 
 from bridge.ardusub.hold import AT_REST_M_S, AT_REST_N, HELD_WITHIN_M_S, HOLD_SHARE
 from bridge.ardusub.law import FASTEST, HELD_S, REFERENCE_RAD_S
-from bridge.ardusub.mixing import LEAST_SHARE, mixer_of
+from bridge.ardusub.mixing import LEAST_SHARE, check_rest, mixer_of
 from bridge.errors import ConfigError
 from bridge.firmware.ardusub import (
     ALT_HOLD,
@@ -111,6 +111,7 @@ def applet(file: VehicleFile, configuration: str, values: Mapping[str, float]) -
     """
     vehicle = file.vehicle
     shape, folder = vehicle.configurations[configuration], file.path.parent
+    check_rest(file)
     curve = thrust_curve(vehicle.thrust_curve, folder)
     if not isinstance(curve, TableCurve | QuadraticCurve):
         raise ConfigError("thrust_curve: an applet knows tables and quadratic curves alone")

@@ -19,7 +19,7 @@ from bridge.ardusub.dvl import VisionDeltas
 from bridge.ardusub.handover import Handover, Holder
 from bridge.ardusub.heard import FRESH_S, Heard
 from bridge.ardusub.law import StickLaw
-from bridge.ardusub.mixing import mixer_of
+from bridge.ardusub.mixing import check_rest, mixer_of
 from bridge.ardusub.settings import Settings
 from bridge.ardusub.steering import TICK_S, Steering
 from bridge.arrays import NAN3
@@ -418,5 +418,9 @@ class Companion:
 
 
 def companion_file(file: VehicleFile) -> VehicleFile:
-    """The vehicle file with the companion's own component: the autopilot has the first for itself."""
+    """The vehicle file with the companion's own component: the autopilot has the first for itself.
+
+    Raises ConfigError for thrusters that ArduSub can't hold at rest.
+    """
+    check_rest(file)
     return replace(file, vehicle=replace(file.vehicle, component_id=COMPONENT))

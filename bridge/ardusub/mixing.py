@@ -15,7 +15,7 @@ from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.firmware.ardusub import FRAME, FRAMES, MOTOR_FACTORS, SCALES_TOGETHER, whole_number, wiring
 from bridge.vehicle.coefficients import HEAVE
-from bridge.vehicle.config import Configuration
+from bridge.vehicle.config import Configuration, VehicleFile
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.thrusters import NEUTRAL_US, Curve, Pulses, allocation_matrix
 
@@ -121,6 +121,16 @@ class Mixer:
     def wrench_of_pulses(self, pwm_us: Sequence[float]) -> Array:
         """Wrench (3,) of the pulses of the frame's outputs."""
         return np.asarray(self.matrix @ self._curve.thrust(np.array(pwm_us)[self._driven]))
+
+
+def check_rest(file: VehicleFile) -> None:
+    """Raises ConfigError for a vehicle whose thrusters rest at another pulse than ArduSub's output 0."""
+    neutral_us = file.vehicle.thrust_curve.neutral_us
+    if neutral_us != NEUTRAL_US:
+        raise ConfigError(
+            f"{file.path}: thrust_curve: neutral_us is {neutral_us:g}, and ArduSub holds a thruster at rest by "
+            f"{NEUTRAL_US:g} us alone; set the speed controllers to that, and give their curve with it"
+        )
 
 
 def mixer_of(values: Mapping[str, float], shape: Configuration, curve: Curve) -> Mixer:

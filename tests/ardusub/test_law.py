@@ -2,11 +2,15 @@
 
 import numpy as np
 import pytest
+import yaml
 
+from bridge import exit_codes
+from bridge.ardusub.applet import applet
 from bridge.ardusub.law import StickLaw, steady_velocity
 from bridge.ardusub.mixing import Mixer
 from bridge.errors import ConfigError
 from bridge.firmware.ardusub import MOTOR_FACTORS
+from bridge.onboard import program
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
@@ -225,3 +229,20 @@ def test_a_silent_dvl_leaves_nothing_of_what_was_held():
 def test_a_velocity_of_the_future_is_not_held():
     added, _ = held_by_a_snag(10.0, lambda _: 300.0, read=lambda _: 1e6)
     assert not added[:, 1].any()
+
+
+def test_thrusters_that_rest_at_another_pulse_than_ardusubs_are_refused_before_anything_is_opened(
+    tmp_path, capsys
+):
+    path = tmp_path / "rov.yaml"
+    raw = yaml.safe_load(load_vehicle("bluerov2").path.read_text())
+    raw["thrust_curve"] = {"kind": "quadratic", "max_n": 40.0, "neutral_us": 1450.0}
+    path.write_text(yaml.safe_dump(raw))
+    words = ["--ardusub", "--vehicle", str(path), "--link", "udpin:127.0.0.1:0", "--seconds", "0.1"]
+    assert program.main([*words, "--parameters", str(tmp_path / "p.json")]) == exit_codes.BAD_INPUT
+    why = (
+        "neutral_us is 1450, and ArduSub holds a thruster at rest by 1500 us alone; set the speed controllers"
+    )
+    assert why in " ".join(capsys.readouterr().err.split())
+    with pytest.raises(ConfigError, match="ArduSub holds a thruster at rest by 1500 us alone"):
+        applet(load_vehicle(str(path)), "standard", {"FRAME_CONFIG": 1.0})
