@@ -14,7 +14,7 @@ from bridge.vehicle.mode import Mode
 
 
 class Kind(Enum):
-    """Notes on a recording that programs ask for."""
+    """Notes on a recording that programs ask for; of RESTART too where the clock is that of two vehicles."""
 
     RESTART = auto()
     LACKING = auto()

@@ -28,7 +28,7 @@ from fakes.shared import shared
 from pymavlink.DFReader import DFReader_binary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
-from identify.dive import Dive, Signal
+from identify.dive import Dive, Kind, Signal
 from identify.ingest.commands import samples_of_a_loop
 from identify.ingest.open import read_dive
 
@@ -424,6 +424,25 @@ def run_of(arrived_s: float, seconds: int, pwm: float, armed: bool = True) -> li
         if k % 10 == 0:
             stamped.append((arrived_s + t, 1, 1, heartbeat(armed=armed)))
     return stamped
+
+
+@pytest.mark.parametrize("apart_s", [8.0, 900.0])
+def test_two_vehicles_of_one_system_id_are_told_and_are_no_restarts_of_one(
+    tmp_path: Path, apart_s: float
+) -> None:
+    """Their clocks looked like hundreds of restarts of one vehicle."""
+    both: list[Stamped] = []
+    for k in range(200):
+        for boot_s, forward in ((k / 10, 0.1), (apart_s + k / 10, 0.5)):
+            at_s = k / 10 + 0.004 * forward
+            both.append((at_s, 1, 1, odometry(boot_s, (forward, 0.0, 0.0))))
+            both.append((at_s, 1, 1, outputs(boot_s, [1500.0, 1600.0])))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(both)))
+    (told,) = [note for note in dive.notes if "system 1, component" in note]
+    assert told.startswith("Two vehicles speak as system 1, component")
+    assert "what both say is mixed in this recording, and tells of neither" in told
+    assert dive.note_of(Kind.RESTART) == told
+    assert not any("restarted" in note for note in dive.notes)
 
 
 @pytest.mark.parametrize("afloat", [(1500.0, True), (1600.0, False), (0.0, True), (NAN, False)])

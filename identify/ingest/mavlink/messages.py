@@ -28,6 +28,10 @@ REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
 BLOCK_S = 10.0
 SET_S = 0.25  # a recorder's clock that jumps by more was set
+APART_S = (
+    5.0  # the boot times of two clocks, by when they arrived; frames that come late are less late than that
+)
+TURNS, TURN_S = 6, 20.0  # so often in succession, within that time each, two clocks are heard in turn
 MOST_RUNS = 20  # that are read; a recording of two vehicles seems to restart thousands of times
 WRAP_S = 2**32 * 1e-6
 NEAR_S, NEARLY_ALL = 1.0, 0.95  # when a driver's stamps count as being on the vehicle's clock
@@ -86,7 +90,8 @@ class Batch:
 
 @dataclass(frozen=True)
 class Messages:
-    """A vehicle's messages. `taken` are the rows of a run without a restart, `span_s` its length in boot time."""
+    """A vehicle's messages. `taken` are the rows of a run without a restart, `span_s` its length in boot time;
+    `twins`: two vehicles speak under its address in the recording."""
 
     frames: Frames
     system: int
@@ -95,6 +100,7 @@ class Messages:
     span_s: float
     clocks: dict[int, _ClockOffset]
     notes: tuple[str, ...]
+    twins: bool
 
     @property
     def began_unix_s(self) -> float:
@@ -213,6 +219,7 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
             f"none of system {system}'s messages carries a boot time; record its full telemetry", source
         )
     primary = max(timed, key=lambda component: len(timed[component][0]))
+    twins = two_clocks(frames.arrival_s[timed[primary][0]], timed[primary][1])
     made = []
     for taken, span_s in _runs(len(frames), *timed[primary]):
         clocks = {}
@@ -220,7 +227,8 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
             inside = (rows >= taken.start) & (rows < taken.stop)
             if inside.any():
                 clocks[component] = _clock(frames, rows[inside], time_s[inside])
-        made.append(Messages(frames, system, primary, taken, span_s, clocks, system_notes + wild_notes))
+        notes = system_notes + wild_notes
+        made.append(Messages(frames, system, primary, taken, span_s, clocks, notes, twins))
     return tuple(made)
 
 
@@ -273,6 +281,22 @@ def _runs(total: int, rows: Rows, time_s: Array) -> list[tuple[slice, float]]:
     spans_s = [float(np.ptp(time_s[a:b])) for a, b in zip(starts, ends, strict=True)]
     longest = sorted(np.argsort(spans_s, kind="stable")[-MOST_RUNS:].tolist())
     return [(slice(edges[i], edges[i + 1]), spans_s[i]) for i in longest]
+
+
+def two_clocks(arrival_s: Array, time_s: Array) -> bool:
+    """Whether boot times (n,) that arrived at `arrival_s` (n,) are of two clocks in turn, so of two vehicles.
+
+    A restart changes the clock once, and the old one is not heard again. Vehicles that were switched on within APART_S
+    of each other are not told apart.
+    """
+    booted_s = arrival_s - time_s
+    turn = np.flatnonzero(np.abs(np.diff(booted_s)) > APART_S) + 1
+    if len(turn) <= TURNS:
+        return False
+    # After each turn the clock goes on that was left by the turn before.
+    goes_on = np.abs(booted_s[turn[1:]] - booted_s[turn[:-1] - 1]) <= APART_S
+    goes_on &= np.diff(arrival_s[turn]) <= TURN_S
+    return bool(np.any(np.convolve(goes_on, np.ones(TURNS), "valid") == TURNS))
 
 
 def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:

@@ -18,7 +18,7 @@ from bridge.firmware import table
 from bridge.firmware.description import Firmware
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.wire.readings import CONTRACT_VERSION
-from identify.dive import STAMPED_S, Signal
+from identify.dive import STAMPED_S, Kind, Note, Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs, samples_of_a_loop
 from identify.ingest.mavlink import held_pressure
@@ -176,11 +176,21 @@ def _motors(messages: Messages) -> int:
 
 
 def _most_driven(runs: tuple[Messages, ...]) -> tuple[Messages, tuple[str, ...]]:
-    """The run with the longest thruster activity, and a note if there are several."""
-    if len(runs) == 1:
+    """The run with the longest thruster activity, and a note if there are several, or two vehicles."""
+    if len(runs) == 1 and not runs[0].twins:
         return runs[0], ()
     best, notes = chosen([Run(run.began_unix_s, run.span_s, _driven_s(run)) for run in runs])
-    return runs[best], notes
+    run = runs[best]
+    return run, (_shared(run),) if run.twins else notes
+
+
+def _shared(run: Messages) -> Note:
+    """A note on two vehicles under one address, whose clocks look like restarts of one."""
+    return Note(
+        f"Two vehicles speak as system {run.system}, component {run.primary}: what both say is mixed in this "
+        "recording, and tells of neither. Give one another id (system_id in its vehicle file), and dive again.",
+        Kind.RESTART,
+    )
 
 
 def _driven_s(run: Messages) -> float:
