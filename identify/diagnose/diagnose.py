@@ -63,7 +63,7 @@ from identify.diagnose.verdict import (
 from identify.diagnose.words.diagnosis import shown_note
 from identify.dive import Dive
 from identify.effects.effect import OWN_VELOCITY, Effect
-from identify.effects.library import library
+from identify.effects.library import accepted_library, library
 from identify.estimators.likelihood.axis import MASS
 from identify.estimators.missing_forces.screening import LEAST_FORCE
 from identify.ingest.commands import unknown_between
@@ -112,8 +112,10 @@ def diagnose(
     progress(0.0, "fitting the nominal model")
     configuration = file.vehicle.configurations[configuration_name]
     lacks, lacks_itself = lacking(dive, check, configuration), lacking(dive, None, configuration)
-    full_library = _able(library(configuration, file.vehicle.thrust_curve.lag_s), lacks, configuration)
-    accepted_effects = accepted_causes(effects_accepted, full_library)
+    lag_s = file.vehicle.thrust_curve.lag_s
+    full_library = _able(library(configuration, lag_s), lacks, configuration)
+    acceptable = _able(accepted_library(configuration, lag_s), lacks, configuration)
+    accepted_effects = accepted_causes(effects_accepted, acceptable)
     fitted = fitted_nominal(dive, file, configuration_name)
     as_recorded = dive
     if (known_dive := with_known_holding(dive, fitted)) is not dive:
@@ -125,7 +127,9 @@ def diagnose(
         check = check and replace(check, commands_hold=dive.commands_hold)
     nominal = accepted_effects.in_force(fitted)
     holds = nominal.accepted
-    asked = full_library if effects is None else _able(effects, lacks, configuration)
+    of_library = {effect.label for effect in full_library}
+    further = (cause.effect for cause in holds if cause.effect.label not in of_library)
+    asked = (*full_library, *further) if effects is None else _able(effects, lacks, configuration)
     tried = library_with_changes(asked, holds)
 
     def searched() -> Search:

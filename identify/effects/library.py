@@ -34,6 +34,11 @@ def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
     )
 
 
+def accepted_library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
+    """The library with each further form in which a cause may have been accepted; arguments as for `library`."""
+    return (*library(configuration, lag_s), actuators.shaft_lag(lag_s))
+
+
 def not_simulated(effects: Iterable[AcceptedEffect], configuration: Configuration, lag_s: float) -> list[str]:
     """Labels of the accepted effects that the simulated vehicle can't have; arguments as for `library`."""
     held = {effect.label for effect in library(configuration, lag_s) if effect.feedforward in SIMULATED}

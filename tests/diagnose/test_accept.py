@@ -606,3 +606,12 @@ def test_a_second_change_is_stated_with_what_it_saves_of_what_is_left_unexplaine
     shift = Shift(np.array([0.5, 0.2, 0.02, 0.02]), 1e4 * np.eye(4), effects, patterns)
     causes, _ = changes(measured_shift, shift)
     assert [cause.gain_nats for cause in causes] == pytest.approx([1250.0, 200.0 / 4.0])
+
+
+@pytest.mark.slow
+def test_an_accepted_lag_of_the_shafts_speed_is_in_the_model_before():
+    still = draw_case(300051, names=[], seconds=85.0)
+    lag = AcceptedEffect("thruster_lag", "thruster_lag (of the shafts' speed)", {"time_constant": 0.2})
+    notes = diagnosis_of(still, effects_accepted=(lag,)).notes
+    assert any("holds what was accepted: thruster lag" in note for note in notes)
+    assert not any("this library has no such effect" in note for note in notes)

@@ -11,7 +11,7 @@ import pytest
 from bridge.errors import ConfigError
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import load_vehicle
-from identify.effects.library import library
+from identify.effects.library import accepted_library
 from identify.export.model import Propeller, enu, flu, model_of, pointing, volume_m3
 from identify.export.targets import TARGETS, export, with_effects
 
@@ -94,7 +94,7 @@ STARTS = AcceptedEffect("dead_zone", "dead_zone (above it so much less)", {"half
 LEAST = AcceptedEffect("dead_zone", "dead_zone (all above it)", {"half_width": 2.0})
 ASTERN = AcceptedEffect("reverse_thrust_loss", "reverse_thrust_loss", {"gain": 0.7})
 VEHICLE = load_vehicle("ruvifist:hovering").vehicle
-EFFECTS = library(VEHICLE.configurations["hovering"], VEHICLE.thrust_curve.lag_s)
+EFFECTS = accepted_library(VEHICLE.configurations["hovering"], VEHICLE.thrust_curve.lag_s)
 
 
 @pytest.fixture
@@ -158,11 +158,13 @@ def test_a_current_and_a_buoyancy_add_to_what_is_there(model):
     assert changed.net_buoyancy_n == model.net_buoyancy_n + 2.0
 
 
-@pytest.mark.parametrize(("form", "said"), [("of first order", 0), ("in two stages", 1)])
+@pytest.mark.parametrize(
+    ("form", "said"), [("of first order", 0), ("in two stages", 1), ("of the shafts' speed", 1)]
+)
 def test_a_lag_of_another_form_is_written_as_one_as_late_with_a_word(model, form, said):
     lag = AcceptedEffect("thruster_lag", f"thruster_lag ({form})", {"time_constant": 0.3})
     slow = with_effects(model, (lag,), EFFECTS)
     assert (slow.lag_s, slow.unheld) == (0.3, ())
     notes = export(slow, "stonefish").notes[len(model.notes) :]
     assert len(notes) == said
-    assert all("accepted in two stages" in note and "0.3 s" in note for note in notes)
+    assert all(f"accepted {form}" in note and "0.3 s" in note for note in notes)

@@ -17,7 +17,7 @@ from bridge.vehicle.coefficients import OF_HULL
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from gcs_plugin.params.identified import doubt_lines, estimates_in, sidecar_of
 from identify.dive import Dive
-from identify.effects.library import library
+from identify.effects.library import accepted_library
 from identify.export.mcap import MODEL, PlotTopic, Written, flown, topics, write_mcap
 from identify.export.model import Model, model_of
 from identify.export.targets import TARGETS, export, is_held, with_effects
@@ -125,7 +125,8 @@ def _in_file(path: Path, file: VehicleFile, leave: Leave) -> tuple[Model, dict[s
     }
     model = model_of(values, file, sidecar.configuration, intervals)
     doubted = {name: why for name, why in sidecar.doubted.items() if name in values}
-    effects = library(file.vehicle.configurations[sidecar.configuration], file.vehicle.thrust_curve.lag_s)
+    shape = file.vehicle.configurations[sidecar.configuration]
+    effects = accepted_library(shape, file.vehicle.thrust_curve.lag_s)
     return with_effects(model, sidecar.effects, effects), doubted
 
 
