@@ -95,6 +95,8 @@ BATTERY_SAG = Effect(
         manoeuvres=("a leg at the beginning and again at the end", "a coast-down"), sensors=("the voltage",)
     ),
     variant="with time",
+    caveat="The battery sag's rate is that of this dive: one with another load, or from a battery less full, empties "
+    "it at another. The next diagnosis tells by how much; where the voltage is recorded, the sag goes by that.",
 )
 
 BATTERY_SAG_BY_VOLTAGE = Effect(
@@ -107,6 +109,8 @@ BATTERY_SAG_BY_VOLTAGE = Effect(
     needs=("voltage",),
     feedforward="voltage",
     variant="with the voltage",
+    caveat="The battery sag's rate is in the model as that of this dive, in which the voltage fell as it did: a dive "
+    "in which it falls faster or slower has another, and the next diagnosis tells by how much.",
     compensation=_by_voltage,
 )
 

@@ -89,6 +89,15 @@ def test_each_effect_has_its_own_parameters_on_board(nominal, shape, effect, val
     assert list(kept.parameters.values()) == pytest.approx(list(values))
 
 
+@pytest.mark.parametrize("effect", [supply.BATTERY_SAG, supply.BATTERY_SAG_BY_VOLTAGE])
+def test_an_accepted_battery_sag_says_that_its_rate_is_of_that_dive(nominal, shape, effect):
+    sentences = accepted_of((finding_of(effect, 2e-4),), nominal, shape).sentences
+    assert any(
+        "that of this dive" in said and "the next diagnosis tells by how much" in said.lower()
+        for said in sentences
+    )
+
+
 def test_a_munk_moment_and_a_centre_of_mass_become_moments_of_this_vehicles_masses(nominal, shape):
     causes = (
         finding_of(hydrodynamics.MUNK_MOMENT_IN_YAW, 1.3),
