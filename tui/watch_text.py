@@ -32,7 +32,6 @@ LOSSY = 0.01
 GONE = "--"
 NO_READING = "none"
 DECIMALS = {"m/s": 2, "deg/s": 1, "m": 2, "V": 1, "A": 1}
-SEVERITIES = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
 VELOCITIES = ("u", "v", "w", "r")
 POOR = (Condition.BAD, Condition.MISSING)
 
@@ -187,7 +186,7 @@ def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[s
     links = [f"{link_words(row)}  {row.name}" for row in picture.links] or ["NO LINK"]
     holds = [said for said in picture.said if not said.past]
     lacks = f"not compared with its model: {picture.lacks}" if picture.gap is None and picture.lacks else ""
-    texts = [f"{SEVERITIES[min(said.severity, 7)]}: {said.text}" for said in holds[-3:]]
+    texts = [f"{said.severity_word}: {said.text}" for said in holds[-3:]]
     return [
         "  ".join(filter(None, first)),
         *alarm_words(picture),

@@ -29,6 +29,9 @@ class Mode(IntEnum):
         return _LEFT_TO_IT[self] > _LEFT_TO_IT[before]
 
 
+ACTING = tuple(mode for mode in Mode if mode.applies_feedforward)
+"""The modes in which the feed-forward acts on the thrusters."""
+
 _WORDS = {Mode.OFF: "off", Mode.SHADOW: "shadow", Mode.ALONE: "ff", Mode.BOTH: "both"}
 _LEFT_TO_IT = {Mode.OFF: 0, Mode.SHADOW: 0, Mode.BOTH: 1, Mode.ALONE: 2}
 

@@ -94,6 +94,9 @@ class ThrusterRow:
     freshness: Freshness
 
 
+SEVERITIES: Final = ("emergency", "alert", "critical", "error", "warning", "notice", "info", "debug")
+
+
 @dataclass(frozen=True)
 class Said:
     """A STATUSTEXT, a restart of the vehicle, or an alarm of the ground's. `utc_s` is Unix time, NaN if neither side
@@ -108,6 +111,11 @@ class Said:
     past: bool = False
     of_set: bool = False
     until_armed: bool = False
+
+    @property
+    def severity_word(self) -> str:
+        """The severity as MAVLink calls it; of one beyond its numbers, the nearest."""
+        return SEVERITIES[min(max(self.severity, 0), len(SEVERITIES) - 1)]
 
 
 class Kind(Enum):

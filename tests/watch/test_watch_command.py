@@ -20,9 +20,10 @@ from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.monitor.gap import AxisGap, Gap
 from gcs_plugin.params.last_accepted import accepted_values
-from gcs_plugin.watch.picture import Alarm, Kind
+from gcs_plugin.watch.picture import Alarm, Kind, Said
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, links, watch_text
+from tui.app.screens import watch_lines
 from tui.commands.watch import LinkReader
 
 RUVIFIST = load_vehicle("ruvifist")
@@ -302,3 +303,12 @@ def test_the_next_recording_leaves_no_lost_link_behind(ground):
     assert row.age_s < 1.0
     assert looked.fault == ""
     link.close()
+
+
+@pytest.mark.parametrize(("severity", "word"), [(-3, "emergency"), (3, "error"), (9, "debug")])
+def test_a_severity_beyond_mavlinks_is_the_nearest_in_every_text(healthy, severity, word):
+    said = (Said(0.0, severity, "leak"),)
+    header = watch_text.header(replace(healthy.picture(1.2), said=said), None)
+    assert f"{word}: leak" in header
+    (line,) = watch_lines.words(said, 60)
+    assert f"{word.upper():<10}" in [text for text, _ in line]

@@ -33,6 +33,8 @@ Lines = tuple[Line, ...]
 
 EIGHTHS: Final = " ▏▎▍▌▋▊▉█"
 NOTHING: Final = "--"
+SAME: Final = 5e-4
+"""Relative difference up to which a value is the same to a reader: +0.0 %."""
 _DEGREES: Final = 180.0 / math.pi
 SHOWN_IN: Final = {"rad/s": ("deg/s", _DEGREES), "rad": ("deg", _DEGREES)}
 """Units of files and lines, and the units that people read, with the factor between them."""

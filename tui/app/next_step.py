@@ -4,7 +4,7 @@ from dataclasses import dataclass, replace
 from enum import Enum, auto
 from typing import Final
 
-from bridge.vehicle.mode import BY_WORD, Mode
+from bridge.vehicle.mode import ACTING, BY_WORD, Mode
 
 
 class Task(Enum):
@@ -128,7 +128,7 @@ class Next:
     words: str
 
 
-ACTING: Final = (Mode.ALONE.word, Mode.BOTH.word)
+ACTING_WORDS: Final = tuple(mode.word for mode in ACTING)
 AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
 LOST = Next(
     Task.LOST,
@@ -247,7 +247,7 @@ def next_of(now: Situation) -> Next:
         return VEHICLE
     if _flew_wrong(now) and lowered_to(now)[0] is not None and not _has_remedy(now):
         return _with_dive(LOWER_AND_DIVE if now.contradicted else LOWER, now)
-    if not (now.uploaded or now.identified) and (now.mode in ACTING or now.flown in ACTING):
+    if not (now.uploaded or now.identified) and (now.mode in ACTING_WORDS or now.flown in ACTING_WORDS):
         return _with_dive(_with_unknown_model(now), now)
     if not now.dive and not (now.uploaded and now.mode):
         return _with_dive(_to_dive(now), now)
@@ -258,8 +258,8 @@ def next_of(now: Situation) -> Next:
     if now.taken_back and not now.after_roll_back:
         dives = now.heard and now.recording and not now.disarmed and not now.contested
         return DIVE_ANEW if dives else _to_vehicle(now, TAKEN_BACK)
-    if now.taken_back and (now.mode in ACTING or now.flown in ACTING):
-        return _with_dive(_diagnosed(now) if now.flown in ACTING else VALIDATE, now)
+    if now.taken_back and (now.mode in ACTING_WORDS or now.flown in ACTING_WORDS):
+        return _with_dive(_diagnosed(now) if now.flown in ACTING_WORDS else VALIDATE, now)
     if now.identified and not now.taken_back:
         return _to_vehicle(now, CHANGED if now.changed else ACCEPT if now.accepts else UPLOAD)
     if now.lacking and now.determined is not None:
@@ -315,7 +315,7 @@ def _ordered(now: Situation) -> tuple[Mode | None, str]:
 
 def _flew_wrong(now: Situation) -> bool:
     """Whether the dive meant is a NO-GO of the feed-forward as it acts, with the values that the vehicle has now."""
-    return now.go is False and now.flown in ACTING and not now.before_upload
+    return now.go is False and now.flown in ACTING_WORDS and not now.before_upload
 
 
 def _has_remedy(now: Situation) -> bool:
@@ -325,7 +325,7 @@ def _has_remedy(now: Situation) -> bool:
 
 def _with_unknown_model(now: Situation) -> Next:
     """Of a vehicle that flies, or flew, with a model of which nothing is kept here."""
-    if now.flown in ACTING:
+    if now.flown in ACTING_WORDS:
         return _diagnosed(now)
     return VALIDATE if now.dive and not now.flown else _to_vehicle(now, FLY_UNKNOWN)
 
@@ -348,9 +348,9 @@ def _after_upload(now: Situation) -> Next:
         return MENDS_BOTH if now.departed and lowered_to(now)[0] is None else VALIDATE
     if now.after_upload and now.go is False and now.flown == Mode.SHADOW.word:
         return LOOK if not now.verdict else _read_closer(now)
-    if now.after_upload and now.flown in ACTING:
+    if now.after_upload and now.flown in ACTING_WORDS:
         return _diagnosed(now)
-    if (now.mode or now.last_mode) in ACTING:
+    if (now.mode or now.last_mode) in ACTING_WORDS:
         return _to_vehicle(now, FLY)
     if now.mode == Mode.SHADOW.word:
         return TO_BOTH if raised_to(now)[0] is Mode.BOTH else _to_vehicle(now, FLY_SHADOW)

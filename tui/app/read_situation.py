@@ -16,6 +16,7 @@ from gcs_plugin.params.plan import coefficient_of
 from gcs_plugin.watch.picture import Armed, Kind
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns
 from tui.app.diagnosis import answer_in, is_contradicted
+from tui.app.drawing import SAME
 from tui.app.jobs import JobState, json_in
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import flight_of
@@ -32,8 +33,6 @@ Judged = tuple[str, bool | None]
 OF_MODEL: Final = (Kind.GAP, Kind.THRUSTER)
 """Alarms of a vehicle that does not answer as its model does, by which the feed-forward goes."""
 NOT_JUDGED: Final[Judged] = ("", None)
-SAME: Final = 5e-4
-"""Relative difference up to which a value is the same to a reader: +0.0 %."""
 
 
 def read_situation(desk: Desk, view: View) -> Situation:

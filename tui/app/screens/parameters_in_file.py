@@ -10,11 +10,9 @@ from bridge.files import written_ns
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import accepted_of
 from gcs_plugin.params.plan import NOT_SET, acting, is_unset, unit_of
-from tui.app.drawing import Lines, lines_of, titled, wrapped
+from tui.app.drawing import SAME, Lines, lines_of, titled, wrapped
 from tui.app.screens.parameters_table import ONE, number
 
-SAME: Final = 5e-4
-"""Relative difference up to which a value is the same to a reader: +0.0 %."""
 HEADS: Final = ("name", "in the file", "last accepted", "unit")
 Row = tuple[str, str, str, str]
 

@@ -10,6 +10,7 @@ from bridge.errors import ConfigError
 from bridge.exit_codes import NothingLeft
 from bridge.files import written_ns
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.mode import ACTING
 from gcs_plugin.params.comparison import Comparison
 from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.plan import Verdict
@@ -23,7 +24,6 @@ DOUBTED: Final = "DOUBTED"
 
 _WORD = re.compile(r"[A-Z]+|\d+")
 
-ACTING: Final = (2, 3)
 IDENTIFY: Final = "identify"
 READ, WRITE = "params diff", "params upload"
 """Names of the jobs: READ reads and compares; WRITE writes, for an upload as well as for a rollback."""

@@ -40,7 +40,6 @@ MARKS: Final[dict[Condition, Span]] = {
     Condition.MISSING: ("○", "bad"),
     Condition.AWAITED: ("○", "quiet"),
 }
-SEVERITIES: Final = ("EMERGENCY", "ALERT", "CRITICAL", "ERROR", "WARNING", "NOTICE", "INFO", "DEBUG")
 ERROR, WARNING = 3, 4
 PAST: Final = "(past)"
 """In place of a severity: an old warning is none."""
@@ -232,7 +231,7 @@ def _message(message: Said, cells: int) -> Lines:
     role: Role = "bad" if message.severity <= ERROR else "warn" if message.severity == WARNING else "plain"
     if message.past:
         role = "quiet"
-    severity = PAST if message.past else SEVERITIES[min(max(message.severity, 0), len(SEVERITIES) - 1)]
+    severity = PAST if message.past else message.severity_word.upper()
     head: Line = (
         (f"{utc(message.utc_s)} ", "quiet"),
         (f"{severity:<10}", "quiet" if role == "plain" else role),
