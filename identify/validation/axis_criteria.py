@@ -95,7 +95,7 @@ def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
     if tracking is None or not tracking.speeds:
         return [Criterion(axis, None, "no speed was held: nothing is known of it")]
     worst = max(abs(at.error) / at.speed for at in tracking.speeds)
-    top = float(np.abs(dive.nu_ref.value[:, dof]).max())
+    top = float(np.nanmax(np.abs(dive.nu_ref.value[:, dof])))
     judged = [("held speed", worst, MOST_OF_PAPER * PAPER_STEADY, "speed held")]
     # A reference that jumps from speed to speed does not speed up, and of one that does so at once no delay is known.
     if math.isfinite(tracking.acceleration_less_delay):

@@ -259,14 +259,15 @@ def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
 
 
 def _followed(dive: Dive, dof: int, lever_m: Vector3) -> tuple[Signal, Signal] | None:
-    """Reference and response of an axis, (n, 1) each, the response within the time of the reference."""
+    """Reference and response of an axis, (n, 1) each, the response within the time of the reference; None if either is
+    never known."""
     measured = measured_speed(dive, dof, lever_m)
     if dive.nu_ref is None or len(dive.nu_ref) < 2 or measured is None:
         return None
     response = measured.finite()
     reference = Signal(dive.nu_ref.time_s, dive.nu_ref.value[:, dof : dof + 1])
     inside = (response.time_s >= reference.time_s[0]) & (response.time_s <= reference.time_s[-1])
-    if np.count_nonzero(inside) < 2:
+    if np.count_nonzero(inside) < 2 or not np.isfinite(reference.value).any():
         return None
     return reference, Signal(response.time_s[inside], response.value[inside])
 

@@ -94,6 +94,16 @@ def test_without_a_reference_or_readings_there_is_nothing_to_measure(lacking):
     assert tracking_errors(held({})).whole == whole_errors(held({}))
 
 
+def test_an_axis_whose_reference_is_never_known_is_left_out_and_the_others_are_measured():
+    """It was shown with NaN for its errors."""
+    dive = held(STILL)
+    reference = dive.nu_ref.value.copy()
+    reference[:, 1] = np.nan
+    unknown = replace(dive, nu_ref=Signal(dive.nu_ref.time_s, reference))
+    assert of(unknown).keys() == of(dive).keys() - {"sway"}
+    assert of(unknown)["surge"] == of(dive)["surge"]
+
+
 def test_a_reference_that_never_moves_is_no_mission():
     dive = held({})
     still = replace(dive, nu_ref=Signal(dive.nu_ref.time_s, 0.0 * dive.nu_ref.value))
