@@ -8,6 +8,7 @@ a flight is steered without them, within its own limits, until the pilot touches
 
 import math
 from collections.abc import Callable
+from concurrent.futures import Executor
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -82,6 +83,7 @@ class Companion:
         parameters: ParameterServer,
         ground: Ground,
         store: Path | None,
+        aside: Executor | None = None,
     ) -> None:
         vehicle = file.vehicle
         system = vehicle.system_id
@@ -92,7 +94,7 @@ class Companion:
         self.heard = Heard(system)
         self.rates = Rates(system, ARDUSUB, (system, COMPONENT))
         self.settings = Settings(system, AUTOPILOT, thrusters, vehicle.sensors.dvl is not None)
-        self.handover = Handover(system, AUTOPILOT, ground.system, store)
+        self.handover = Handover(system, AUTOPILOT, ground.system, store, aside)
         self.law: StickLaw | None = None
         self.steering = Steering(system)
         self.flights = Flights(vehicle.configurations[configuration])

@@ -12,6 +12,7 @@ feed-forward was off once.
 """
 
 import math
+from concurrent.futures import Executor, Future
 from contextlib import suppress
 from enum import Enum, auto
 from pathlib import Path
@@ -44,10 +45,13 @@ class Handover:
 
     `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), and `trouble` the same as a
     sentence for the crew with the way out. `said` collects the other sentences. `value` is SYSID_MYGCS as last read,
-    NaN before; `starting` until that was acted on.
+    NaN before; `starting` until that was acted on. `aside` keeps the value before in `store`, for a loop that must not
+    wait for a disk that stalls; without it `step` waits.
     """
 
-    def __init__(self, system: int, component: int, ground: int, store: Path | None) -> None:
+    def __init__(
+        self, system: int, component: int, ground: int, store: Path | None, aside: Executor | None = None
+    ) -> None:
         self._target, self._system, self._ground, self._store = (system, component), system, ground, store
         self.holder = Holder.FREE
         self.fault = self.trouble = ""
@@ -55,6 +59,8 @@ class Handover:
         self.value = math.nan
         self._before = self._remembered()
         self.starting = True
+        self._aside = aside
+        self._keeping: Future[None] | None = None
         self._barred = False
         self._due_s = -math.inf
         self._wrote_s = self._read_s = -math.inf
@@ -151,10 +157,13 @@ class Handover:
         if self.obstacle:
             self._bar(self.obstacle, f"sticks not taken: {self.obstacle}; then {_ON_AGAIN}")
             return
-        self._before = self.value
-        try:
-            self._remember()
-        except OSError as error:
+        if self._keeping is None or self._before != self.value:
+            self._before = self.value
+            self._keeping = self._kept_aside()
+        if not self._keeping.done():
+            return
+        error, self._keeping = self._keeping.exception(), None
+        if error is not None:
             self._bar(
                 f"the value of {PILOT} can't be kept: {error}",
                 f"sticks not taken: disk can't be written: free space on the companion's, then {_ON_AGAIN}",
@@ -214,11 +223,23 @@ class Handover:
             value = math.nan
         return value if 1 <= value <= 255 and value != self._system else float(self._ground)
 
-    def _remember(self) -> None:
+    def _kept_aside(self) -> Future[None]:
+        if self._aside is not None:
+            return self._aside.submit(self._remember, self._before)
+        kept: Future[None] = Future()
+        try:
+            self._remember(self._before)
+        except OSError as error:
+            kept.set_exception(error)
+        else:
+            kept.set_result(None)
+        return kept
+
+    def _remember(self, before: float) -> None:
         if self._store is not None:
             self._store.parent.mkdir(parents=True, exist_ok=True)
             with whole(self._store) as file:
-                file.write(f"{self._before:g}\n".encode())
+                file.write(f"{before:g}\n".encode())
                 to_disk(file)
 
     def _forget(self) -> None:

@@ -169,7 +169,7 @@ def run(arguments: argparse.Namespace) -> int:
         from bridge.ardusub.companion import Companion
 
         held = store.with_name(f"{store.stem}.sticks")
-        companion = Companion(file, configuration, parameters, station, held)
+        companion = Companion(file, configuration, parameters, station, held, aside)
     bridge = Bridge(
         vehicle,
         clock,

@@ -2,6 +2,7 @@
 
 import errno
 import math
+from concurrent.futures import Executor, Future
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +12,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Aboard, Pilot, arm, given_back, orders, ready, taken
 
 from bridge.ardusub.companion import NO_ARDUSUB
+from bridge.ardusub.handover import Handover, Holder
 from bridge.ardusub.mixing import mixer_of
 from bridge.links.link import memory_pair
 from bridge.onboard.store import NONE_YET
@@ -497,3 +499,34 @@ def test_an_autopilot_that_is_heard_on_two_links_keeps_the_first_until_that_one_
     assert links == {1}
     fake.dead = True
     assert fake.until(lambda: aboard.companion.link == 0, 5.0, aboard, pilot, beats_there_too)
+
+
+class Stalled(Executor):
+    """A disk that stalls until `goes_on`."""
+
+    def __init__(self):
+        self.waiting = []
+
+    def submit(self, work, /, *of):
+        self.waiting.append((work, of, Future()))
+        return self.waiting[-1][2]
+
+    def goes_on(self):
+        for work, of, kept in self.waiting:
+            kept.set_result(work(*of))
+        self.waiting = []
+
+
+def test_a_disk_that_stalls_holds_no_loop_up_and_the_sticks_are_taken_once_their_owner_is_kept(tmp_path):
+    disk, store = Stalled(), tmp_path / "rov.sticks"
+    handover = Handover(1, 1, 255, store, disk)
+    handover.on_value("SYSID_MYGCS", 255.0, 0.0)
+    handover.step(False, 0.0, asked=False)
+    for at_s in (1.0, 1.1, 1.2):
+        sent = handover.step(True, at_s, asked=True)
+        assert not [m for m in sent if m.get_type() == "PARAM_SET"]
+        assert (handover.holder, store.exists(), len(disk.waiting)) == (Holder.FREE, False, 1)
+    disk.goes_on()
+    (taken,) = handover.step(True, 1.3, asked=True)
+    assert (taken.get_type(), taken.param_value) == ("PARAM_SET", 1.0)
+    assert (handover.holder, store.read_text()) == (Holder.TAKING, "255\n")
