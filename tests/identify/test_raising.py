@@ -411,3 +411,14 @@ def test_a_feed_forward_that_was_taken_back_while_the_vehicle_moved_is_no_go_and
     after_the_mission = judged(in_modes((Mode.BOTH, 172.0), (Mode.OFF, 180.0)))
     assert after_the_mission.flown is Mode.BOTH
     assert "mode" not in failed(after_the_mission)
+
+
+def test_a_reference_that_is_unknown_for_a_moment_leaves_its_top_speed_known():
+    dive = flown(Mode.ALONE)
+    reference = dive.nu_ref.value.copy()
+    reference[5] = np.nan
+    unknown = replace(dive, nu_ref=Signal(dive.nu_ref.time_s, reference))
+    assert failed(judged(unknown)) == failed(judged(dive))
+    assert not any(
+        "nan" in str(criterion) for criterion in judged(unknown).criteria if criterion.passed is False
+    )
