@@ -13,6 +13,8 @@ KNOWN = [
     ("/imu/data", "orientation.w", "quaternion", 0, None),
     ("/imu/data", "orientation.x", "quaternion", 1, None),
     ("/pressure", "fluid_pressure", "pressure", 0, None),
+    ("/sensor/pressure", "data", "pressure", 0, None),
+    ("/sensor/attitude_twist", "angular.z", "euler", 2, None),
     ("/thrusters", "data.0", "pwm", 0, None),
     ("vehicle_angular_velocity", "xyz[0]", "gyro", 0, None),
     ("vehicle_attitude", "q[3]", "quaternion", 3, None),
@@ -94,6 +96,20 @@ def test_a_usual_name_is_known_with_its_axis_and_unit(topic, field, signal, plac
 )
 def test_what_was_not_measured_and_what_nobody_knows_has_no_signal(field):
     assert named("", field) is None
+
+
+@pytest.mark.parametrize(
+    ("topic", "field"),
+    [
+        ("/plot_desired", "pose.position.z"),
+        ("/attitude_setpoint", "angular.z"),
+        ("/cmd_vel", "twist.linear.x"),
+        ("/sensor/hull_pressure", "data"),
+        ("/attitude/rate", "angular.z"),
+    ],
+)
+def test_what_a_topic_wants_of_the_vehicle_or_has_of_its_inside_is_not_measured_outside(topic, field):
+    assert named(topic, field) is None
 
 
 def test_the_columns_of_one_set_share_a_family_whatever_their_axes_are_called():

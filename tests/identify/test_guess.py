@@ -48,6 +48,17 @@ def test_the_autopilots_parameters_are_read_and_no_companions(tmp_path):
     assert autopilot_parameters(tlog(tmp_path / "a.tlog", PLAIN)) == (ARDUSUB, PLAIN)
 
 
+def test_parameters_that_a_ground_station_logged_as_another_components_are_the_autopilots(tmp_path):
+    # MAVProxy fetches them as a file; the autopilot's own component then tells changes alone.
+    stamped = [(0.0, 1, 1, mav.MAVLink_heartbeat_message(12, mav.MAV_AUTOPILOT_ARDUPILOTMEGA, 0, 0, 4, 3))]
+    for name, value in PLAIN.items():
+        stamped.append((0.0, 1, 190, mav.MAVLink_param_value_message(name.encode(), value, 9, len(PLAIN), 0)))
+    for component, name, value in ((191, "FF_MODE", 0.0), (1, "SERVO1_FUNCTION", 34.0)):
+        stamped.append((1.0, 1, component, mav.MAVLink_param_value_message(name.encode(), value, 9, 1, 0)))
+    log = write(tmp_path / "a.tlog", recording(stamped))
+    assert autopilot_parameters(log) == (ARDUSUB, PLAIN | {"SERVO1_FUNCTION": 34.0})
+
+
 def test_a_log_of_another_autopilot_is_refused(tmp_path):
     with pytest.raises(LogError, match="its autopilot is no ArduPilot"):
         autopilot_parameters(tlog(tmp_path / "a.tlog", PLAIN, mav.MAV_AUTOPILOT_PX4))

@@ -157,6 +157,19 @@ def test_a_scale_that_rests_on_rates_of_noise_alone_is_not_doubted(seed):
     assert levelling_doubts(replace(still, gyro=loud)) == ()
 
 
+def test_a_single_jolt_that_was_read_too_seldom_tells_nothing():
+    # It has nearly all of the motion, and what four readings a second miss of it is no noise of the other windows.
+    after_s = TIME_S - 1.2
+    rang = np.exp(-np.maximum(after_s, 0.0)) * (after_s >= 0.0)
+    roll = 0.5 * rang * np.sin(2.5 * after_s) + 1e-4 * np.sin(1.9 * TIME_S)
+    pitch = 0.1 * rang * np.sin(2.5 * after_s + 1.5) + 1e-4 * np.cos(1.3 * TIME_S)
+    dive = turned(TIME_S, roll, pitch, np.zeros_like(TIME_S))
+    seldom = {
+        name: Signal(TIME_S[::25], getattr(dive, name).value[::25].copy()) for name in ("attitude", "gyro")
+    }
+    assert levelling_doubts(replace(dive, **seldom)) == ()
+
+
 def test_without_attitude_or_gyro_or_for_a_short_dive_nothing_is_told():
     dive = mirrored(level(), 1, 2)
     assert levelling_doubts(replace(dive, attitude=None)) == ()

@@ -1,5 +1,6 @@
 """The column map that a file suggests: columns, units, and what physics mends in it."""
 
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -549,6 +550,45 @@ def test_an_attitude_that_never_changes_is_not_taken_for_one():
     angles = {f"vector.{axis}": READ["euler"][:, k] for k, axis in enumerate("xyz")}
     proposal = propose((imu, Stream("/attitude/rpy", {"stamp": READ["t"], **angles}, {})), LOG)
     assert proposal.columns.euler.columns == tuple(f"/attitude/rpy.vector.{axis}" for axis in "xyz")
+
+
+def test_angles_in_the_fields_of_a_quaternion_are_not_taken_for_one():
+    angles = {f"orientation.{axis}": 3.0 * READ["euler"][:, k] for k, axis in enumerate("xyz")}
+    odom = Stream("/odom", {"stamp": READ["t"], **angles, "orientation.w": np.zeros(len(READ["t"]))}, {})
+    speed = {f"twist.linear.{axis}": READ["velocity"][:, k] for k, axis in enumerate("xyz")}
+    proposal = propose((odom, Stream("/dvl", {"stamp": READ["t"], **speed}, {})), LOG)
+    assert proposal.columns.quaternion is None
+    assert "and a quaternion's is 1: if they are angles, name them under `euler`" in str(proposal.notes)
+
+
+def test_a_quaternion_that_is_nothing_before_the_filter_runs_is_still_one():
+    late = np.where(np.arange(len(READ["t"]))[:, None] < 20, 0.0, READ["attitude"])
+    imu = {f"orientation.{axis}": late[:, k] for k, axis in enumerate("wxyz")}
+    earth = {f"velocity_ned.{k}": np.full(len(READ["t"]), 0.1) for k in range(3)}
+    earth["velocity_ned.0"] = np.sin(READ["t"])
+    streams = (
+        Stream("/imu", {"stamp": READ["t"], **imu}, {}),
+        Stream("/ins", {"stamp": READ["t"], **earth}, {}),
+    )
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        proposal = propose(streams, LOG)
+        dive = mapped(streams, proposal.columns, LOG)
+    assert proposal.columns.quaternion is not None
+    assert np.isnan(dive.attitude.value[:20]).all()
+    assert np.isfinite(dive.attitude.value[20:]).all()
+    # A velocity that nothing turned is none that the DVL missed.
+    assert len(dive.velocity) == len(READ["t"]) - 20
+    assert np.isfinite(dive.velocity.value).all()
+
+
+def test_an_accelerometer_in_the_field_of_a_position_is_not_taken_for_a_depth():
+    shaken = -980.0 + 30.0 * np.random.default_rng(3).normal(size=len(READ["t"]))
+    scaled = Stream("/scaled_imu", {"stamp": READ["t"], "pose.position.z": shaken}, {})
+    odom = Stream("/odom", {"stamp": READ["t"], "pose.position.z": READ["depth"]}, {})
+    proposal = propose((scaled, odom), LOG)
+    assert proposal.columns.depth.columns == ("/odom.pose.position.z",)
+    assert "/scaled_imu.pose.position.z: not used for depth. It jumps by" in str(proposal.notes)
 
 
 def test_a_field_that_no_sensor_fills_is_not_taken_for_a_depth():

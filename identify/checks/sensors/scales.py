@@ -17,6 +17,9 @@ EDGE_S = 0.5
 """The value at a window's edge is the mean over this long before and after it."""
 
 FEWEST_WINDOWS = 10
+HEAVIEST = 0.999
+"""Largest share of the motion that a window counts for; all of it in one would leave nothing to judge it by."""
+
 DOUBTFUL_SCORE = 5.0
 
 
@@ -74,7 +77,11 @@ def scale_of(seen: Array, said: Array, columns: Array) -> Scale | None:
     least = both / said_power
     left = seen - least * said
     free = len(seen) - columns.shape[1] - 1
-    return Scale(least, float(seen @ seen) / both, math.sqrt(float(left @ left) / free / said_power))
+    alike = math.sqrt(float(left @ left) / free / said_power)
+    # Where few windows hold most of the motion, their own errors count (a jackknife; MacKinnon and White 1985, HC3).
+    weight = np.minimum(said**2 / said_power, HEAVIEST)
+    each = float(np.linalg.norm(said * left / (1.0 - weight))) / said_power
+    return Scale(least, float(seen @ seen) / both, max(alike, each))
 
 
 def well_read(time_s: Array, edges_s: Array) -> NDArray[np.bool_]:

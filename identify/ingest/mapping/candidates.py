@@ -38,6 +38,12 @@ _EAST_FIRST = {0: 1, 1: 0, 2: 2}
 """Places in east, north, up of those in north, east."""
 
 
+NEAR_ONE = 1.1
+"""Factor within which the length of a quaternion is 1."""
+LARGEST_JUMP, NOISY = 5.0, 0.1
+"""A depth that jumps by more metres, and by more of its range, from row to row is noise of something else."""
+
+
 class Confidence(Enum):
     """How a unit and a column were found."""
 
@@ -200,6 +206,8 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
     guess = Guess(named_unit, "") if named_unit else unit_of(signal, values)
     if signal == "pwm" and not named_unit and np.nanmax(np.abs(values)) > 1.0 and _are_forces(names):
         guess = Guess("N", "By their name, they are forces: taken for newtons.", False)
+    if why_not := _is_none(signal, values):
+        return None, f"{', '.join(filter(None, names))}: not used for {signal}. {why_not}"
     if signal == "specific_force" and named_unit and len(fields) == width:
         by_size = unit_of(signal, values)
         guess = guess if by_size.unit else by_size
@@ -229,6 +237,25 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
     scale = (guess.scale,) * len(names) if guess.scale != 1.0 else ()
     columns = Columns(names, guess.unit, offset, scale, candidate.frame)
     return Choice(signal, columns, confidence, tuple(reasons)), ""
+
+
+def _is_none(signal: str, values: Array) -> str:
+    """A sentence on values (n, columns) that can't be the quaternion or depth of their name; "" if they can."""
+    known = values[np.isfinite(values).all(axis=1)]
+    if signal == "quaternion":
+        sizes = np.linalg.norm(known, axis=1)
+        sizes = sizes[sizes > 0.0]
+        usual = float(np.median(sizes)) if len(sizes) else 0.0
+        if not 1.0 / NEAR_ONE < usual < NEAR_ONE or np.ptp(np.quantile(sizes, (0.05, 0.95))) > NEAR_ONE - 1.0:
+            return (
+                f"Their length is {usual:.2g} as a rule, and a quaternion's is 1: if they are angles, name them under "
+                "`euler`."
+            )
+    if signal == "depth" and len(known) > 1:
+        jump = float(np.median(np.abs(np.diff(known[:, 0]))))
+        if jump > max(LARGEST_JUMP, NOISY * float(np.ptp(np.quantile(known, (0.05, 0.95))))):
+            return f"It jumps by {jump:.3g} to and fro from row to row, as no depth in metres does."
+    return ""
 
 
 def _used(candidate: Candidate) -> dict[int, str]:

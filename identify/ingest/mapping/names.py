@@ -58,6 +58,8 @@ _NO_MEASUREMENT = re.compile(
     r"desired|setpoint|set_point|target|reference|(^|_)(ref|des|goal|err|error|cmd|command|covariance|cov|std|stddev|"
     r"sigma|var|variance|bias|offset|min|max|temperature|temp|diff|differential|quality|valid|count|id|seq|status|flags?)(_|$)"
 )
+_WANTED = re.compile(r"desired|setpoint|set_point|target|reference|(^|_)(ref|des|goal|cmd|command)(_|$)")
+"""Topics of what a vehicle should do, not of what it does."""
 _COMMANDS = ("pwm", "rpm", "tau_cmd")
 
 _RULES: tuple[tuple[str, str, str], ...] = (
@@ -93,7 +95,9 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("euler", r"(phi|theta|psi)", ""),
     ("euler", r"(?:.*_)?(?:euler(?:_angles?)?|eul|rpy)_([xyz012])|eta_([345])", ""),
     ("euler", r"(?:vector_)?([xyz])", r"(^|_)(rpy|euler)(_|$)"),
+    ("euler", r"angular_([xyz])", r"^(?!.*(?:rate|vel|speed|gyro)).*attitude"),
     ("pressure", r"(?:.*_)?(?:fluid_)?(?:pressure|press|baro)(?:_abs)?|abs_pressure", ""),
+    ("pressure", r"data", r"^(?!.*(?:intern|inner|inside|hull|housing|tube|air|diff|tank)).*(?:pressure|baro)"),
     ("altitude", r"(?:.*_)?(?:altitude|range|distance|height_above_bottom)", ""),
     ("altitude", r"data", r"altitude|altimeter|range"),
     ("depth", r"(?:.*_)?depth", ""),
@@ -179,7 +183,8 @@ def named(topic: str, field: str) -> Named | None:
             if (unit_word and unit is None) or (about and not re.search(about, room)):
                 continue
             match = re.fullmatch(rule, plain)
-            if match is None or (signal not in _COMMANDS and _NO_MEASUREMENT.search(plain)):
+            is_measured = signal not in _COMMANDS
+            if match is None or (is_measured and (_NO_MEASUREMENT.search(plain) or _WANTED.search(room))):
                 continue
             span = next((k for k in range(1, len(match.groups()) + 1) if match[k] is not None), None)
             if span is None:

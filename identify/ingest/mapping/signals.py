@@ -89,7 +89,9 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
         signals["attitude"] = Signal(euler.time_s, rotation.quaternions_from_euler(*euler.value.T))
     quaternion = signals.pop("quaternion", None)
     if quaternion is not None:
-        signals["attitude"] = quaternion
+        # A filter that does not run yet tells zeros, which turn nothing.
+        value = np.where(quaternion.value.any(axis=1, keepdims=True), quaternion.value, np.nan)
+        signals["attitude"] = Signal(quaternion.time_s, value)
     if columns.velocity is not None and columns.velocity.frame in EARTH:
         signals["velocity"] = _turned(signals, columns.velocity.frame, path, notes)
     signals = {name: signal for name, signal in signals.items() if len(signal)}

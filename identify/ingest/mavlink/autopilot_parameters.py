@@ -34,10 +34,9 @@ def autopilot_parameters(path: Path) -> tuple[Firmware, dict[str, float]]:
 
 
 def _heard(files: list[Path]) -> tuple[Firmware, dict[str, float]]:
-    """Firmware and values of the autopilot's own component. Raises LogError for one that is not supported."""
+    """Firmware and values of the autopilot's own component, with those that a ground station logged under another where
+    its own list was not heard. Raises LogError for one that is not supported."""
     frames = load_frames(files)
-    rows = frames.rows("PARAM_VALUE")
-    fields = Fields(frames, "PARAM_VALUE", rows[frames.component[rows] == AUTOPILOT])
     beats = frames.rows("HEARTBEAT")
     beating = Fields(frames, "HEARTBEAT", beats[frames.component[beats] == AUTOPILOT])
     kinds = np.unique(beating["autopilot"])
@@ -50,7 +49,21 @@ def _heard(files: list[Path]) -> tuple[Firmware, dict[str, float]]:
             "file (docs/howto/write_a_vehicle_file.md)",
             files[0],
         )
-    return firmware, {
+    rows = frames.rows("PARAM_VALUE")
+    senders = frames.component[rows]
+    values = _values(Fields(frames, "PARAM_VALUE", rows[senders == AUTOPILOT]))
+    if firmware.frame in values:
+        return firmware, values
+    # MAVProxy fetches the whole list as a file, and logs it as parameters of another component.
+    of_others = (
+        _values(Fields(frames, "PARAM_VALUE", rows[senders == sender])) for sender in np.unique(senders)
+    )
+    logged = next((each for each in of_others if firmware.frame in each), {})
+    return firmware, logged | values
+
+
+def _values(fields: Fields) -> dict[str, float]:
+    return {
         name.decode("ascii", "replace"): float(value)
         for name, value in zip(fields["param_id"].tolist(), fields["param_value"].tolist(), strict=True)
     }
