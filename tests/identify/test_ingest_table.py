@@ -1,5 +1,6 @@
 """Tables and the maps that say what their columns hold."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -74,6 +75,24 @@ def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) ->
         signal, other = getattr(dive, name), getattr(whole, name)
         assert signal.time_s.tolist() == other.time_s.tolist()
         assert signal.value.tolist() == other.value.tolist()
+
+
+def test_a_table_joined_of_several_logs_is_read_alike_whether_it_says_nan_or_nothing(tmp_path: Path) -> None:
+    rows = (
+        "0,50,-20,,,,,,\n0,,,100,,,,,\n0,,,,90,,,,\n0,,,,,1500,1600,,\n50,,,,95,,,,\n"
+        "100,50,-20,,,,,,\n100,,,100,90,,,,\n150,,,,,1500,1700,,\n"
+    )
+    blank, said = (tmp_path / name for name in ("blank", "said"))
+    for folder in (blank, said):
+        folder.mkdir()
+    dive, other = dive_of(blank, rows), dive_of(said, re.sub(r"(?<=,)(?=[,\n])", "nan", rows))
+    assert other.notes == dive.notes
+    for name in ("velocity", "attitude", "gyro", "pwm"):
+        signal, nan = getattr(dive, name), getattr(other, name)
+        assert nan.time_s.tolist() == signal.time_s.tolist()
+        assert nan.value.tolist() == signal.value.tolist()
+    assert other.gyro.time_s.tolist() == [0.0, 0.05, 0.1]
+    assert other.pwm.time_s.tolist() == [0.0, 0.15]
 
 
 def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(tmp_path: Path) -> None:
