@@ -130,6 +130,7 @@ def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path: Path)
         ("velocity: {columns: [u, v, w], unit: m/h}", "unit 'm/h' is none of m/s"),
         ("velocity: {columns: [u, v], unit: m/s}", "needs 3 columns, 2 are given"),
         ("gyro: {columns: [p, q, r], unit: rad/s, offset: [1]}", "offset needs one number for each"),
+        ("depth: {columns: z, unit: m, scale: x}", r"depth: scale\[0\]: expected a number"),
         ("velocity: {columns: [null, null, null], unit: m/s}", "every column is unknown"),
         ("euler: {columns: [r, p, null], unit: deg}", "euler: can't be known in part"),
         ("tau_cmd: {columns: [X, null, null, null, null, N], unit: N}", "tau_cmd: can't be known in part"),
@@ -144,6 +145,19 @@ def test_a_wrong_column_map_is_refused_with_its_key(tmp_path: Path, columns: str
     path.write_text(f"time: {{column: t}}\n{columns}\n")
     with pytest.raises(ConfigError, match=said):
         column_map(path)
+
+
+def test_a_lone_column_and_a_number_for_all_columns_need_no_list(tmp_path: Path) -> None:
+    path = tmp_path / "columns.yaml"
+    path.write_text(
+        "time: {column: t}\npressure: {columns: p, unit: hPa, offset: 1013.25}\n"
+        "gyro: {columns: [p, q, r], unit: rad/s, scale: 1e-3, offset: 2}\n"
+    )
+    read = column_map(path)
+    assert read.pressure is not None
+    assert read.gyro is not None
+    assert (read.pressure.columns, read.pressure.offset) == (("p",), (1013.25,))
+    assert (read.gyro.offset, read.gyro.scale) == ((2.0,) * 3, (0.001,) * 3)
 
 
 def test_an_unknown_map_names_those_that_are_bundled() -> None:
