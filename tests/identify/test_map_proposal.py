@@ -640,3 +640,16 @@ def test_real_step_tests_are_mapped_as_by_the_map_that_was_written_by_hand(name)
     path = shared("data", "bolt_auv", f"{name}.csv")
     by_hand = column_map("bolt")
     assert propose(read_table(path).streams, path).columns == by_hand
+
+
+def test_a_clock_whose_name_ends_in_volt_is_no_voltage():
+    columns = usual(READ)
+    clock = np.arange(len(next(iter(columns.values())))) * 0.2 + 2190.9
+    proposal = proposed({**columns, "t_s_volt": clock})
+    assert "voltage" not in proposal.columns.signals()
+    assert (
+        "t_s_volt: not used for voltage. It rises from each row to the next, as a clock does."
+        in proposal.notes
+    )
+    sagging = proposed({**columns, "t_s_volt": 16.0 - clock * 1e-4})
+    assert sagging.columns.voltage.unit == "V"
