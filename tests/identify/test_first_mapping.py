@@ -231,3 +231,15 @@ def test_noise_without_motion_contradicts_nothing():
 
 def test_a_short_recording_is_left_alone():
     assert mends(changed("gyro", (1.0, -1.0, 1.0)).between(0.0, 5.0)) == ()
+
+
+def test_a_quaternion_whose_real_part_was_taken_from_its_first_column_and_stands_last_is_told_by_the_gyro():
+    right = dive()
+    wrong = replace(right, attitude=Signal(right.attitude.time_s, np.roll(right.attitude.value, -1, axis=1)))
+    (mend,) = mends(wrong)
+    assert mend.sentence == (
+        "The gyro contradicts how the attitude turns, and agrees with it if the quaternion's real part is the last of "
+        "its columns; begin `columns` of `quaternion` with its last column."
+    )
+    value = mended(wrong, mend).attitude.value
+    assert np.abs(np.sum(value * right.attitude.value, axis=1)) == pytest.approx(1.0, abs=1e-9)

@@ -48,6 +48,14 @@ def test_the_longer_side_of_an_array_is_time(tmp_path: Path) -> None:
     assert read[""]["t"] == TIME_S.tolist()
 
 
+def test_a_long_array_that_holds_a_whole_run_is_read_and_a_wide_image_is_not(tmp_path: Path) -> None:
+    run = np.arange(24 * 240.0).reshape(240, 24)
+    recorded = read_npz(npz(tmp_path, t=np.arange(240.0), run=run, image=run[:200], wide=np.zeros((900, 65))))
+    read = columns(recorded)
+    assert read[""]["run.23"] == run[:, 23].tolist()
+    assert recorded.notes == ("Not read, as they are no arrays of numbers over time: image, wide.",)
+
+
 def test_dates_are_unix_seconds(tmp_path: Path) -> None:
     dates = np.array(["2026-01-01T00:00:00.5", "NaT", "2026-01-01T00:00:01.5"], "datetime64[ns]")
     read = columns(read_npz(npz(tmp_path, t=dates)))[""]["t"]
@@ -73,7 +81,7 @@ def test_images_words_and_objects_are_left_out_and_named(tmp_path: Path) -> None
     )
     recorded = read_npz(made)
     assert set(columns(recorded)[""]) == {"t"}
-    assert recorded.notes == ("Not read, as they are no arrays of numbers: pixels, words, any.",)
+    assert recorded.notes == ("Not read, as they are no arrays of numbers over time: pixels, words, any.",)
 
 
 def test_structs_of_different_lengths_are_streams_with_their_names(tmp_path: Path) -> None:

@@ -315,6 +315,22 @@ def test_a_topic_of_a_type_that_nothing_defines_is_left_out_and_named(tmp_path: 
         read_bag([file])
 
 
+def test_a_constant_of_any_name_is_no_field_of_a_message(tmp_path: Path) -> None:
+    """ROS allows small letters in the name of a constant."""
+    definition = "# the bus\nuint8 BUS_Motors = 16\nuint8 BUS_kill =\t32\nstring Said=a = b\nuint8 bus\nuint8[<=8] data"
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    store.register(get_types_from_msg("uint8 bus\nuint8[<=8] data", "bus_msgs/msg/Sent"))
+    sent = store.types["bus_msgs/msg/Sent"](16, np.array([100, 87], np.uint8))
+    file = write_bag(tmp_path, "db3", [("/bus", "bus_msgs/msg/Sent", START_NS, sent)], store)
+    beside = without_definitions(file).parent / "bus_msgs" / "msg" / "Sent.msg"
+    beside.parent.mkdir(parents=True)
+    beside.write_text(definition, encoding="utf-8")
+    read = topics(read_bag([file]))["/bus"].columns
+    assert {name: read[name].tolist() for name in ("bus", "data.0", "data.1")} == {
+        "bus": [16.0], "data.0": [100.0], "data.1": [87.0]
+    }  # fmt: skip
+
+
 def test_a_message_that_contradicts_its_definition_is_counted(tmp_path: Path) -> None:
     file = write_bag(tmp_path, "db3", swim(ROS2, 5))
     with sqlite3.connect(file) as database:

@@ -1,5 +1,6 @@
 """Tables and the maps that say what their columns hold."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -76,6 +77,24 @@ def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) ->
         assert signal.value.tolist() == other.value.tolist()
 
 
+def test_a_table_joined_of_several_logs_is_read_alike_whether_it_says_nan_or_nothing(tmp_path: Path) -> None:
+    rows = (
+        "0,50,-20,,,,,,\n0,,,100,,,,,\n0,,,,90,,,,\n0,,,,,1500,1600,,\n50,,,,95,,,,\n"
+        "100,50,-20,,,,,,\n100,,,100,90,,,,\n150,,,,,1500,1700,,\n"
+    )
+    blank, said = (tmp_path / name for name in ("blank", "said"))
+    for folder in (blank, said):
+        folder.mkdir()
+    dive, other = dive_of(blank, rows), dive_of(said, re.sub(r"(?<=,)(?=[,\n])", "nan", rows))
+    assert other.notes == dive.notes
+    for name in ("velocity", "attitude", "gyro", "pwm"):
+        signal, nan = getattr(dive, name), getattr(other, name)
+        assert nan.time_s.tolist() == signal.time_s.tolist()
+        assert nan.value.tolist() == signal.value.tolist()
+    assert other.gyro.time_s.tolist() == [0.0, 0.05, 0.1]
+    assert other.pwm.time_s.tolist() == [0.0, 0.15]
+
+
 def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(tmp_path: Path) -> None:
     first, clash, fits = "0,50,-20,,,,,,\n", "0,60,-20,100,90,,,,\n", "0,50,-20,,,1500,1600,,\n"
     dive = dive_of(tmp_path, f"{first}{clash}{fits}100,50,-20,,,1500,1600,,\n")
@@ -111,6 +130,7 @@ def test_a_column_that_is_not_there_is_named_with_those_that_are(tmp_path: Path)
         ("velocity: {columns: [u, v, w], unit: m/h}", "unit 'm/h' is none of m/s"),
         ("velocity: {columns: [u, v], unit: m/s}", "needs 3 columns, 2 are given"),
         ("gyro: {columns: [p, q, r], unit: rad/s, offset: [1]}", "offset needs one number for each"),
+        ("depth: {columns: z, unit: m, scale: x}", r"depth: scale\[0\]: expected a number"),
         ("velocity: {columns: [null, null, null], unit: m/s}", "every column is unknown"),
         ("euler: {columns: [r, p, null], unit: deg}", "euler: can't be known in part"),
         ("tau_cmd: {columns: [X, null, null, null, null, N], unit: N}", "tau_cmd: can't be known in part"),
@@ -125,6 +145,19 @@ def test_a_wrong_column_map_is_refused_with_its_key(tmp_path: Path, columns: str
     path.write_text(f"time: {{column: t}}\n{columns}\n")
     with pytest.raises(ConfigError, match=said):
         column_map(path)
+
+
+def test_a_lone_column_and_a_number_for_all_columns_need_no_list(tmp_path: Path) -> None:
+    path = tmp_path / "columns.yaml"
+    path.write_text(
+        "time: {column: t}\npressure: {columns: p, unit: hPa, offset: 1013.25}\n"
+        "gyro: {columns: [p, q, r], unit: rad/s, scale: 1e-3, offset: 2}\n"
+    )
+    read = column_map(path)
+    assert read.pressure is not None
+    assert read.gyro is not None
+    assert (read.pressure.columns, read.pressure.offset) == (("p",), (1013.25,))
+    assert (read.gyro.offset, read.gyro.scale) == ((2.0,) * 3, (0.001,) * 3)
 
 
 def test_an_unknown_map_names_those_that_are_bundled() -> None:

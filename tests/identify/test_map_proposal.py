@@ -680,3 +680,29 @@ def test_real_step_tests_are_mapped_as_by_the_map_that_was_written_by_hand(name)
     path = shared("data", "bolt_auv", f"{name}.csv")
     by_hand = column_map("bolt")
     assert propose(read_table(path).streams, path).columns == by_hand
+
+
+def test_a_column_without_a_name_that_rises_by_equal_steps_is_the_time_and_a_count_of_rows_is_none():
+    columns = usual(READ)
+    rows = len(next(iter(columns.values())))
+    unnamed = {name: values for name, values in columns.items() if name != "t"}
+    proposal = proposed({"run.0": np.arange(rows) * 0.02, **unnamed})
+    assert (proposal.columns.time.column, proposal.columns.time.unit) == ("run.0", "s")
+    assert proposal.time_reason == (
+        "No column is named a time; 'run.0' rises by equal steps throughout: taken for s."
+    )
+    with pytest.raises(LogError, match="no column is a rising time"):
+        proposed({"run.0": np.arange(rows) * 1.0, **unnamed})
+
+
+def test_a_clock_whose_name_ends_in_volt_is_no_voltage():
+    columns = usual(READ)
+    clock = np.arange(len(next(iter(columns.values())))) * 0.2 + 2190.9
+    proposal = proposed({**columns, "t_s_volt": clock})
+    assert "voltage" not in proposal.columns.signals()
+    assert (
+        "t_s_volt: not used for voltage. It rises from each row to the next, as a clock does."
+        in proposal.notes
+    )
+    sagging = proposed({**columns, "t_s_volt": 16.0 - clock * 1e-4})
+    assert sagging.columns.voltage.unit == "V"

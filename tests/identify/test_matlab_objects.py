@@ -94,7 +94,7 @@ def test_an_object_without_samples_is_left_out_and_named(tmp_path, version):
     path = saved(tmp_path, version, plan=MatlabOpaque({"speed": np.array([[1.0]])}, "Plan"), t=column(TIME_S))
     recorded = read_matlab(path)
     assert set(by_name(recorded)) == {""}
-    assert recorded.notes == ("Not read, as they are no arrays of numbers: plan.",)
+    assert recorded.notes == ("Not read, as they are no arrays of numbers over time: plan.",)
 
 
 @VERSIONS

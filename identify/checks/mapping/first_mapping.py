@@ -69,8 +69,8 @@ def mends(dive: Dive) -> tuple[Mend, ...]:
     """The mends after which a recording contradicts physics no more, as far as these checks see; each in turn."""
     made: list[Mend] = []
     checks = (
-        _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _turned_force, _frames, _angles, _turns,
-        earth_mends, speed_mends, _heave, _pushes, wrench_mends,
+        _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _quaternion_order, _turned_force, _frames,
+        _angles, _turns, earth_mends, speed_mends, _heave, _pushes, wrench_mends,
     )  # fmt: skip
     for check in checks:
         for mend in check(dive):
@@ -258,6 +258,28 @@ def _angles(dive: Dive) -> tuple[Mend, ...]:
     remedy = f"multiply `scale` of `euler` by [{DEGREES:.5g}, {DEGREES:.5g}, 1]"
     problem = f"The attitude turns as the gyro says about z alone ({evidence}): roll and pitch are in radians"
     return (Mend("attitude", factors, problem, remedy),)
+
+
+def _quaternion_order(dive: Dive) -> tuple[Mend, ...]:
+    """A quaternion whose real part stands last where it was taken to be first, by the gyro."""
+    if dive.attitude is None or _turns_alike(dive):
+        return ()
+    order = (3, 0, 1, 2)
+    problem = (
+        "The gyro contradicts how the attitude turns, and agrees with it if the quaternion's real part is the last "
+        "of its columns"
+    )
+    remedy = "begin `columns` of `quaternion` with its last column"
+    mend = Mend("attitude", (1.0, 1.0, 1.0), problem, remedy, order)
+    return (mend,) if _turns_alike(mended(dive, mend)) else ()
+
+
+def _turns_alike(dive: Dive) -> bool:
+    """Whether gyro and attitude turn alike about two axes at least, and about none otherwise."""
+    table = turn_table(dive)
+    own = [match for axis in range(3) if (match := table[axis][axis]) is not None] if table else []
+    alike = [m for m in own if m.correlation > CLEAR and 1 / NEAR_UNIT < m.ratio < NEAR_UNIT]
+    return len(alike) >= 2 and len(alike) == len(own)
 
 
 def _turns(dive: Dive) -> tuple[Mend, ...]:

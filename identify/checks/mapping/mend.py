@@ -17,7 +17,8 @@ FLU = (1.0, -1.0, -1.0)
 class Mend:
     """A likely mend of a signal: its columns in `order` (empty for as they are), then times `factors`.
 
-    signal: a field of Dive. factors: one per column; for the attitude, those of roll, pitch and yaw. problem: the
+    signal: a field of Dive. factors: one per column; for the attitude, those of roll, pitch and yaw after its
+    quaternion was put in `order`. problem: the
     contradiction with its evidence, a sentence without its end. remedy: the edit of the column map, likewise. offset:
     added to each column after that, in SI. frame: NED for a velocity that is in these axes after all that.
     """
@@ -39,7 +40,8 @@ def mended(dive: Dive, mend: Mend) -> Dive:
     signal: Signal = getattr(dive, mend.signal)
     factors = np.array(mend.factors)
     if mend.signal == "attitude":
-        angles = np.column_stack(euler_angles(signal.value)) * factors
+        attitude = signal.value[:, list(mend.order)] if mend.order else signal.value
+        angles = np.column_stack(euler_angles(attitude)) * factors
         value = quaternions_from_euler(*angles.T)
     else:
         value = signal.value[:, list(mend.order)] if mend.order else signal.value

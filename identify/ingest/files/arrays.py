@@ -13,6 +13,9 @@ from bridge.errors import LogError
 from identify.ingest.files.streams import LONGEST_LIST, Stream, Streams, as_numbers, some_of
 
 FEWEST_ROWS = 2
+WIDEST, ROWS_A_COLUMN = 64, 10
+"""Most columns of an array that holds a whole run, as simulators save it, and the least rows for each of them: with
+fewer, it is an image or a matrix."""
 
 Tree = Mapping[str, Any]
 """Arrays by name, and further trees: the fields of a struct."""
@@ -46,7 +49,8 @@ def _loaded(file: Any, name: str) -> Any:
 
 
 def streams_of(tree: Tree, path: Path, more: Sequence[Stream] = (), unread: Sequence[str] = ()) -> Streams:
-    """Streams of arrays (n,), (n, k) or (k, n), k up to 16, whose longer side is time.
+    """Streams of arrays (n,), (n, k) or (k, n), k up to 16, or 64 of a long one, whose longer side is
+    time.
 
     If all are of one length, they are the columns of a single table, named by the struct that holds all of them, if one
     does. Otherwise each struct whose arrays have one length
@@ -60,7 +64,9 @@ def streams_of(tree: Tree, path: Path, more: Sequence[Stream] = (), unread: Sequ
     if not leaves and not more:
         raise LogError("holds no arrays of numbers over time; save each signal as an array", path)
     left_out += unread
-    notes = (f"Not read, as they are no arrays of numbers: {some_of(left_out)}.",) if left_out else ()
+    notes = (
+        (f"Not read, as they are no arrays of numbers over time: {some_of(left_out)}.",) if left_out else ()
+    )
     return Streams((*(_streams((), leaves) if leaves else ()), *more), notes)
 
 
@@ -123,6 +129,9 @@ def _is_list_of_structs(value: object) -> bool:
 def _over_time(array: Any) -> Array | None:
     if array.ndim == 2 and array.shape[0] < array.shape[1]:
         array = array.T
-    if array.ndim not in (1, 2) or len(array) < FEWEST_ROWS or array.shape[1:] > (LONGEST_LIST,):
+    if array.ndim not in (1, 2) or len(array) < FEWEST_ROWS:
+        return None
+    width = array.shape[1] if array.ndim == 2 else 1
+    if width > LONGEST_LIST and (width > WIDEST or len(array) < ROWS_A_COLUMN * width):
         return None
     return as_numbers(array)

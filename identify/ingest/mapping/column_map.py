@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, fields
 from pathlib import Path
+from typing import Any
 
 from bridge import schema
 from bridge.errors import ConfigError
@@ -56,8 +57,8 @@ class Columns:
     is unknown.
 
     value = (cell + offset) * scale, converted from `unit` to SI; `offset` and `scale` are in the file's unit, one per
-    column (default: all 0, all 1). frame: axes of a velocity, one of FRAMES; those of the earth are turned to the
-    body's by the recorded attitude.
+    column (default: all 0, all 1); a file may give one number for all. frame: axes of a velocity, one of FRAMES; those
+    of the earth are turned to the body's by the recorded attitude.
     """
 
     columns: tuple[str | None, ...]
@@ -156,4 +157,24 @@ def map_file(name: Path | str) -> Path:
 def column_map(name: Path | str) -> ColumnMap:
     """The column map in a file, or the bundled map of that name. Raises ConfigError."""
     file = map_file(name)
-    return schema.build(ColumnMap, schema.load_yaml(file), str(file))
+    return schema.build(ColumnMap, _with_lists(schema.load_yaml(file)), str(file))
+
+
+def _with_lists(given: Any) -> Any:
+    """What a map's file holds, with lists where it gives one column, or one number for all columns, as it is."""
+    if not isinstance(given, dict):
+        return given
+    return {name: _signal_with_lists(signal) for name, signal in given.items()}
+
+
+def _signal_with_lists(signal: Any) -> Any:
+    if not isinstance(signal, dict) or "columns" not in signal:
+        return signal
+    columns = [signal["columns"]] if isinstance(signal["columns"], str) else signal["columns"]
+    count = len(columns) if isinstance(columns, list) else 1
+    numbers = {
+        key: [signal[key]] * count
+        for key in ("offset", "scale")
+        if isinstance(signal.get(key), int | float | str)
+    }
+    return {**signal, "columns": columns, **numbers}

@@ -29,6 +29,8 @@ LEAST_PULSE_US = 700.0
 LEAST_AIR_PA, DEEPEST_PA = 70_000.0, 6e6
 """Of air above the highest lakes that are dived, and of 600 m of water."""
 LEAST_MILLIVOLTS = 1000.0
+FEWEST_OF_A_CLOCK = 10
+"""Least number of rows of which a battery that is never lower than just before is a clock."""
 NEAR = 1.3
 """Factor within which the norm of specific force is that of gravity."""
 
@@ -97,6 +99,8 @@ def unit_of(signal: str, values: Array) -> Guess:
             return _force(values)
         case "pressure":
             return _pressure(known)
+        case "voltage" if len(known) >= FEWEST_OF_A_CLOCK and (np.diff(known) > 0).all():
+            return Guess("", "It rises from each row to the next, as a clock does.")
         case "voltage" if len(known) and np.median(known) > LEAST_MILLIVOLTS:
             return Guess("mV", f"The voltage is about {np.median(known):.0f}, so it is in millivolts.")
         case "pwm":

@@ -33,7 +33,7 @@ from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 
 SPARSE = 0.5
-"""The rows of a table with this share of empty cells hold a part of a sample each."""
+"""The rows of a table with this share of empty cells hold a part of a sample each, be they empty or written as NaN."""
 COMMANDS = {"us": "pwm", "ms": "pwm", "1": "effort"}
 """The Dive's signal for thruster commands of a unit; forces are its `thrust_cmd`."""
 NEAR = 0.4
@@ -49,8 +49,8 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
     """Fields of a Dive (all but its name, source and hash) that a column map makes of streams. Raises LogError.
 
     Each signal has the times of its stream. A row in which all cells of a signal are empty has no sample of it, and a
-    signal without a sample is left out; a NaN is an unknown value. Rows of the same time become one row as far as their
-    cells do not contradict each other.
+    signal without a sample is left out; a NaN is an unknown value, unless most cells of the table are NaN. Rows of the
+    same time become one row as far as their cells do not contradict each other.
     """
     names = _Names(recorded, path)
     wanted = {name: names.of_signal(name, source) for name, source in columns.signals().items()}
@@ -65,7 +65,8 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
             if field is not None and field != NOTHING
         }
         if any(at is stream for at, _ in wanted.values()):
-            clock = clock_of(stream, columns.time, path, {name: recorded.empty.get(name) for name in used})
+            empty = _empty_cells(recorded, stream, used)
+            clock = clock_of(stream, columns.time, path, {name: empty.get(name) for name in used})
             if clock.is_spread:
                 notes.append(
                     f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
@@ -73,7 +74,7 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
             notes += _no_times(stream, columns.time, clock.time_s)
             time_s = _possible(clock.time_s, stream, recorded, notes)
             _refuse_anew(time_s, stream, path)
-            tables[stream.name] = _rows(stream, recorded.empty, used, time_s, notes)
+            tables[stream.name] = _rows(stream, empty, used, time_s, notes)
     signals = {}
     for name, source in columns.signals().items():
         stream, fields_used = wanted[name]
@@ -241,6 +242,16 @@ def _refuse_anew(time_s: Array, stream: Stream, path: Path) -> None:
             "its number, which `runs` of the column map names",
             path,
         )
+
+
+def _empty_cells(recorded: Streams, stream: Stream, used: set[str]) -> Mapping[str, Mask]:
+    """By column, the rows (n,) without a cell there. In a table most of whose cells are NaN, as where logs of several
+    sensors were joined by their times, a NaN is no reading that failed but none."""
+    unknown = {name: np.isnan(stream.columns[name]) for name in used if name in stream.columns}
+    shares = [float(np.mean(rows)) for rows in unknown.values() if not rows.all()]
+    if len(recorded.streams) > 1 or not shares or np.mean(shares) < SPARSE:
+        return recorded.empty
+    return {**recorded.empty, **unknown}
 
 
 def _rows(

@@ -18,6 +18,9 @@ from identify.words import listed
 LEAST_RISING = 0.95
 """Least share of steps of a time that do not fall."""
 
+FEWEST_EQUAL, EQUAL_WITHIN = 20, 0.01
+"""Least number of equal steps by which a column without a time's name is one, and the share within which they are."""
+
 TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
 COARSEST_FIRST = ("s", "ms", "us", "ns")
 
@@ -88,6 +91,17 @@ def _unnamed(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
         unit = COARSEST_FIRST[coarseness]
         reason = f"No column is named a time; '{field}' rises throughout, and ends in {unit}."
         return TimeColumn(field, unit), reason
+    even = [
+        field
+        for stream in streams
+        for field, cells in stream.columns.items()
+        if _rises(cells) and _has_equal_steps(cells)
+    ]
+    if even:
+        longest = max((stream.columns[even[0]] for stream in streams if even[0] in stream.columns), key=len)
+        unit, _ = time_unit_of(longest)
+        reason = f"No column is named a time; '{even[0]}' rises by equal steps throughout: taken for {unit}."
+        return TimeColumn(even[0], unit), reason
     raise LogError(
         f"no column is a rising time ({', '.join(names[:12])}); name one `time`, in seconds, or write the column "
         "map by hand, as docs/howto/bring_your_own_log.md shows",
@@ -140,6 +154,15 @@ def _rises(time: Array) -> bool:
     known = time[np.isfinite(time)]
     steps = np.diff(known)
     return len(steps) > 0 and float(np.mean(steps >= 0)) >= LEAST_RISING and known[-1] > known[0]
+
+
+def _has_equal_steps(cells: Array) -> bool:
+    """Whether a column (n,) rises as a clock of steady rows does, and does not number the rows."""
+    steps = np.diff(cells)
+    if len(steps) < FEWEST_EQUAL or not np.isfinite(steps).all():
+        return False
+    step = float(np.median(steps))
+    return step not in (0.0, 1.0) and bool((np.abs(steps - step) <= EQUAL_WITHIN * step).all())
 
 
 def _falls_back(time: Array) -> bool:

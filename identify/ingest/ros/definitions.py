@@ -17,6 +17,7 @@ Types = dict[str, Fields]
 LARGE = re.compile(r"Image|PointCloud|Compressed|Video|OccupancyGrid|Costmap|Marker|Mesh|LaserScan")
 """In the names of types without signals of a vehicle, which fill most of a bag."""
 _OLD_IDL = "=" * 80 + "\n"
+_CONSTANT = re.compile(r"^[ \t]*\S+[ \t]+\w+[ \t]*=.*$", re.MULTILINE)
 
 
 def is_large(topic: Topic) -> bool:
@@ -40,7 +41,7 @@ def types_of(topic: Topic, path: Path) -> Types:
         typesys = library("rosbags.typesys", EXTRA, path)
         try:
             if topic.language == "msg":
-                held = typesys.get_types_from_msg(topic.definition, full_type(topic.type))
+                held = typesys.get_types_from_msg(_of_fields_alone(topic.definition), full_type(topic.type))
             else:
                 held = {}
                 for part in topic.definition.split(_OLD_IDL):
@@ -50,6 +51,12 @@ def types_of(topic: Topic, path: Path) -> Types:
             return {}
         known |= {name: fields for name, (_, fields) in held.items()}
     return known
+
+
+def _of_fields_alone(definition: str) -> str:
+    """A definition without its constants, which no message holds. The library takes one whose name has small letters,
+    as ROS allows, for a field, and then finds no field of a message at its place."""
+    return _CONSTANT.sub("", definition)
 
 
 def definition_file(kind: str) -> str:
@@ -70,7 +77,9 @@ def _of_files(path: Path) -> Types:
     for file in files_beside(path):
         typesys = library("rosbags.typesys", EXTRA, path)
         try:
-            held = typesys.get_types_from_msg(read_small(file), f"{file.parts[-3]}/msg/{file.stem}")
+            held = typesys.get_types_from_msg(
+                _of_fields_alone(read_small(file)), f"{file.parts[-3]}/msg/{file.stem}"
+            )
         except (typesys.TypesysError, RecursionError, UnicodeDecodeError, OSError) as error:
             raise LogError(f"can't be read as the definition of a type ({error}); mend it", file) from None
         known |= {name: fields for name, (_, fields) in held.items()}
