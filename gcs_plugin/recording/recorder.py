@@ -248,7 +248,7 @@ class Recorder:
         before, self._twins = self._twins, self._peers.fault()
         if self._twins and not before:
             self._say(
-                "warning", f"{self._twins}; what both say is mixed in this recording, and tells of neither"
+                "warning", f"{self._twins}; their messages are mixed in this recording, and tell of neither"
             )
 
     def _read(self, link: RecordedLink, timeout_s: float) -> list[Recorded]:

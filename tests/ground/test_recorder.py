@@ -54,7 +54,7 @@ def test_two_vehicles_under_one_id_on_a_link_each_are_said_once_to_mix_in_the_re
         ground.hear(*map(Encoder.encode, encoders, clocks), after_s=1.0)
     mixed = [
         "a and b: two vehicles beat as system 1, component 1, and both would obey; stop one, or give one another id "
-        "(system_id in its vehicle file); what both say is mixed in this recording, and tells of neither"
+        "(system_id in its vehicle file); their messages are mixed in this recording, and tell of neither"
     ]
     assert ground.sentences() == (mixed if apart_s else [])
 

@@ -440,7 +440,7 @@ def test_two_vehicles_of_one_system_id_are_told_and_are_no_restarts_of_one(
     dive = read_dive(write(tmp_path / "a.tlog", recording(both)))
     (told,) = [note for note in dive.notes if "system 1, component" in note]
     assert told.startswith("Two vehicles speak as system 1, component")
-    assert "what both say is mixed in this recording, and tells of neither" in told
+    assert "their messages are mixed in this recording, and tell of neither" in told
     assert dive.note_of(Kind.RESTART) == told
     assert not any("restarted" in note for note in dive.notes)
 

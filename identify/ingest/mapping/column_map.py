@@ -161,7 +161,7 @@ def column_map(name: Path | str) -> ColumnMap:
 
 
 def _with_lists(given: Any) -> Any:
-    """What a map's file holds, with lists where it gives one column, or one number for all columns, as it is."""
+    """The content of a map's file, with a list in place of a lone column, or of one number for all columns."""
     if not isinstance(given, dict):
         return given
     return {name: _signal_with_lists(signal) for name, signal in given.items()}

@@ -59,7 +59,7 @@ _NO_MEASUREMENT = re.compile(
     r"sigma|var|variance|bias|offset|min|max|temperature|temp|diff|differential|quality|valid|count|id|seq|status|flags?)(_|$)"
 )
 _WANTED = re.compile(r"desired|setpoint|set_point|target|reference|(^|_)(ref|des|goal|cmd|command)(_|$)")
-"""Topics of what a vehicle should do, not of what it does."""
+"""Topics of orders to a vehicle, not of its motion."""
 _COMMANDS = ("pwm", "rpm", "tau_cmd")
 
 _RULES: tuple[tuple[str, str, str], ...] = (

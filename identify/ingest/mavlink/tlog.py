@@ -187,8 +187,8 @@ def _most_driven(runs: tuple[Messages, ...]) -> tuple[Messages, tuple[str, ...]]
 def _shared(run: Messages) -> Note:
     """A note on two vehicles under one address, whose clocks look like restarts of one."""
     return Note(
-        f"Two vehicles speak as system {run.system}, component {run.primary}: what both say is mixed in this "
-        "recording, and tells of neither. Give one another id (system_id in its vehicle file), and dive again.",
+        f"Two vehicles speak as system {run.system}, component {run.primary}: their messages are mixed in this "
+        "recording, and tell of neither. Give one another id (system_id in its vehicle file), and dive again.",
         Kind.RESTART,
     )
 
