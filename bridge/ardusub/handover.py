@@ -22,6 +22,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.files import read_small, to_disk, whole
 from bridge.firmware.ardusub import PILOT
+from bridge.onboard.parameters import AtOnce
 
 AGAIN_S: Final = 0.5
 QUIET_S: Final = 0.3
@@ -59,7 +60,7 @@ class Handover:
         self.value = math.nan
         self._before = self._remembered()
         self.starting = True
-        self._aside = aside
+        self._aside = aside or AtOnce()
         self._keeping: Future[None] | None = None
         self._barred = False
         self._due_s = -math.inf
@@ -159,7 +160,7 @@ class Handover:
             return
         if self._keeping is None or self._before != self.value:
             self._before = self.value
-            self._keeping = self._kept_aside()
+            self._keeping = self._aside.submit(self._remember, self._before)
         if not self._keeping.done():
             return
         error, self._keeping = self._keeping.exception(), None
@@ -222,18 +223,6 @@ class Handover:
         except (OSError, ValueError):
             value = math.nan
         return value if 1 <= value <= 255 and value != self._system else float(self._ground)
-
-    def _kept_aside(self) -> Future[None]:
-        if self._aside is not None:
-            return self._aside.submit(self._remember, self._before)
-        kept: Future[None] = Future()
-        try:
-            self._remember(self._before)
-        except OSError as error:
-            kept.set_exception(error)
-        else:
-            kept.set_result(None)
-        return kept
 
     def _remember(self, before: float) -> None:
         if self._store is not None:

@@ -18,9 +18,9 @@ class Mend:
     """A likely mend of a signal: its columns in `order` (empty for as they are), then times `factors`.
 
     signal: a field of Dive. factors: one per column; for the attitude, those of roll, pitch and yaw after its
-    quaternion was put in `order`. problem: the
-    contradiction with its evidence, a sentence without its end. remedy: the edit of the column map, likewise. offset:
-    added to each column after that, in SI. frame: NED for a velocity that is in these axes after all that.
+    quaternion was put in `order`. problem: the contradiction with its evidence, a sentence without its end. remedy: the
+    edit of the column map, likewise. offset: added to each column after that, in SI. frame: NED for a velocity that is
+    in these axes after all that.
     """
 
     signal: str

@@ -49,8 +49,7 @@ def _loaded(file: Any, name: str) -> Any:
 
 
 def streams_of(tree: Tree, path: Path, more: Sequence[Stream] = (), unread: Sequence[str] = ()) -> Streams:
-    """Streams of arrays (n,), (n, k) or (k, n), k up to 16, or 64 of a long one, whose longer side is
-    time.
+    """Streams of arrays (n,), (n, k) or (k, n), k up to 16, or 64 of a long one, whose longer side is time.
 
     If all are of one length, they are the columns of a single table, named by the struct that holds all of them, if one
     does. Otherwise each struct whose arrays have one length

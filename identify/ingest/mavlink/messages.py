@@ -28,9 +28,7 @@ REBOOT_S = 2.0
 LONGEST_BOOT_S = 1e9
 BLOCK_S = 10.0
 SET_S = 0.25  # a recorder's clock that jumps by more was set
-APART_S = (
-    5.0  # the boot times of two clocks, by when they arrived; frames that come late are less late than that
-)
+APART_S = 5.0  # between the boot times of two clocks, by when they arrived; late frames are less late
 TURNS, TURN_S = 6, 20.0  # so often in succession, within that time each, two clocks are heard in turn
 MOST_RUNS = 20  # that are read; a recording of two vehicles seems to restart thousands of times
 WRAP_S = 2**32 * 1e-6
