@@ -138,6 +138,7 @@ def test_a_stamp_that_is_no_time_of_day_costs_its_row_alone(tmp_path):
     dive = dive_of(tmp_path, "t,z\n" + "".join(f"{t},{k}.5\n" for k, t in enumerate(stamps)), "hhmmss")
     assert dive.depth.value[:, 0].tolist() == [k + 0.5 for k in range(120) if k != 70]
     assert "Times that are no time of day, first 126061: 1 row was left out." in dive.notes
+    assert not any("of its own" in note for note in dive.notes)
 
 
 @pytest.mark.parametrize("at", [0, 70])
@@ -147,8 +148,9 @@ def test_a_date_that_can_not_be_read_costs_its_row_alone(tmp_path, at, day):
     words[at] = "20#6-07-19T10:1"
     dive = dive_of(tmp_path, "t,z\n" + "".join(f"{t},{k}.5\n" for k, t in enumerate(words)), "iso")
     assert dive.depth.value[:, 0].tolist() == [k + 0.5 for k in range(120) if k != at]
-    said = "Times that are no time that ISO 8601 knows, first '20#6-07-19T10:1': 1 row was left out."
+    said = "Times that ISO 8601 does not know, first '20#6-07-19T10:1': 1 row was left out."
     assert said in dive.notes
+    assert not any("of its own" in note for note in dive.notes)
 
 
 def test_a_clock_of_which_many_stamps_are_no_time_of_day_is_another():

@@ -118,7 +118,7 @@ def test_times_that_run_backwards_are_sorted_and_said(tmp_path: Path) -> None:
     assert dive.velocity.value[[9, 10, 11], 0].tolist() == [9 / 64, 11 / 64, 10 / 64]
     assert len(dive.velocity) == COUNT - 1
     assert "The times run backwards once: the rows were sorted." in dive.notes
-    assert "1 rows without a time of their own were left out." in dive.notes
+    assert "1 row without a time of its own was left out." in dive.notes
 
 
 def test_a_clock_that_begins_anew_is_refused_and_rows_that_come_late_are_sorted(tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def test_rows_of_one_time_count_once(tmp_path: Path) -> None:
     row = "1,1,0,0,1500,1500,0,0\n"
     dive = dive_of(tmp_path, f"0,{row}100,{row}100,{row}50,{row}")
     assert dive.pwm.time_s.tolist() == [0.0, 0.05, 0.1]
-    assert any("1 rows" in note for note in dive.notes)
+    assert any("1 row without a time of its own" in note for note in dive.notes)
 
 
 def test_rows_of_one_time_that_hold_a_signal_each_are_one_row(tmp_path: Path) -> None:
@@ -101,7 +101,7 @@ def test_of_rows_of_one_time_that_clash_the_first_is_kept_and_the_rest_counted(t
     assert dive.velocity.value[0, 0] == 0.5
     assert dive.attitude is None or len(dive.attitude) == 0
     assert dive.pwm.time_s.tolist() == [0.0, 0.1]
-    assert any("1 rows without a time of their own" in note for note in dive.notes)
+    assert any("1 row without a time of its own was left out" in note for note in dive.notes)
 
 
 @pytest.mark.parametrize(

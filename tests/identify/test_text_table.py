@@ -165,7 +165,8 @@ def test_a_row_with_an_impossible_time_is_left_out_and_named(tmp_path, at):
     lines = [f"{1e30 if k == at else k},{k / 2}" for k in range(3000)]
     dive = dive_of(tmp_path, "t,z\n" + "\n".join(lines) + "\n")
     assert dive.depth.value[:, 0].tolist() == [k / 2 for k in range(3000) if k != at]
-    assert [note for note in dive.notes if f"first row {at + 2}, 1e+30 s: 1 rows were left out" in note]
+    assert [note for note in dive.notes if f"first row {at + 2}, 1e+30 s: 1 row was left out" in note]
+    assert not any("of its own" in note for note in dive.notes)
 
 
 def test_zero_bytes_after_a_loss_of_power_cost_the_row_in_which_they_stand(tmp_path):

@@ -71,10 +71,14 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
                 notes.append(
                     f"The clock{_of(stream)} tells whole seconds: the rows of each were spread evenly over it."
                 )
-            notes += _no_times(stream, columns.time, clock.time_s)
+            unread = _unread_times(stream, columns.time, clock.time_s)
+            if unread:
+                kind = "are no time of day" if columns.time.unit == OF_DAY else "ISO 8601 does not know"
+                notes.append(f"Times{_of(stream)} that {kind}, first {unread[0]}: {_left_out(len(unread))}")
             time_s = _possible(clock.time_s, stream, recorded, notes)
             _refuse_anew(time_s, stream, path)
-            tables[stream.name] = _rows(stream, empty, used, time_s, notes)
+            told = len(unread) + int(np.count_nonzero(np.isfinite(clock.time_s) & np.isnan(time_s)))
+            tables[stream.name] = _rows(stream, empty, used, time_s, told, notes)
     signals = {}
     for name, source in columns.signals().items():
         stream, fields_used = wanted[name]
@@ -219,10 +223,12 @@ def _possible(time_s: Array, stream: Stream, recorded: Streams, notes: list[str]
         return time_s
     first = f"{time_s[wild[0]]:.3g} s"
     where = first if recorded.lines is None else f"row {recorded.lines[wild[0]]}, {first}"
-    notes.append(
-        f"Times{_of(stream)} far from those around them, first {where}: {len(wild)} rows were left out."
-    )
+    notes.append(f"Times{_of(stream)} far from those around them, first {where}: {_left_out(len(wild))}")
     return np.where(np.isin(np.arange(len(time_s)), wild), np.nan, time_s)
+
+
+def _left_out(count: int) -> str:
+    return "1 row was left out." if count == 1 else f"{count} rows were left out."
 
 
 def _refuse_anew(time_s: Array, stream: Stream, path: Path) -> None:
@@ -255,9 +261,10 @@ def _empty_cells(recorded: Streams, stream: Stream, used: set[str]) -> Mapping[s
 
 
 def _rows(
-    stream: Stream, empty: Mapping[str, Mask], used: set[str], time_s: Array, notes: list[str]
+    stream: Stream, empty: Mapping[str, Mask], used: set[str], time_s: Array, told: int, notes: list[str]
 ) -> _Rows:
-    """The rows of a stream, as columns `used`; `notes` get a sentence on those whose times are no good."""
+    """The rows of a stream, as columns `used`; `notes` get a sentence on those whose times are no good, but for as
+    many as are `told` already."""
     names = sorted(used)
     of = _of(stream)
     steps = np.diff(time_s)
@@ -275,8 +282,13 @@ def _rows(
         if name in empty:
             nothing[:, k] = empty[name]
     rows, taken = _merged(time_s, cells, nothing)
-    if taken < len(time_s):
-        notes.append(f"{len(time_s) - taken} rows{of} without a time of their own were left out.")
+    if (lost := len(time_s) - taken - told) > 0:
+        rows_were = (
+            f"1 row{of} without a time of its own was"
+            if lost == 1
+            else f"{lost} rows{of} without a time of their own were"
+        )
+        notes.append(f"{rows_were} left out.")
     return _Rows(
         time_s[rows],
         {name: cells[rows, k] for k, name in enumerate(names)},
@@ -376,20 +388,15 @@ def _times_of_day(path: Path, column: str, stamps: Array) -> Array:
         ) from None
 
 
-def _no_times(stream: Stream, time: TimeColumn, time_s: Array) -> list[str]:
-    """A sentence on the dates or stamps that became no time (n,); none without such."""
+def _unread_times(stream: Stream, time: TimeColumn, time_s: Array) -> list[str]:
+    """The dates or stamps that became no time (n,), as they stand in the file."""
     if time.unit == OF_DAY:
         stamps = stream.columns[time.column]
-        wrong, kind = [f"{at:.10g}" for at in stamps[np.isfinite(stamps) & np.isnan(time_s)]], "time of day"
-    elif time.unit == ISO:
+        return [f"{at:.10g}" for at in stamps[np.isfinite(stamps) & np.isnan(time_s)]]
+    if time.unit == ISO:
         words = zip(stream.text[time.column], np.isnan(time_s), strict=True)
-        wrong, kind = [f"'{word}'" for word, unread in words if word and unread], "time that ISO 8601 knows"
-    else:
-        return []
-    if not wrong:
-        return []
-    of_them = "1 row was" if len(wrong) == 1 else f"{len(wrong)} rows were"
-    return [f"Times{_of(stream)} that are no {kind}, first {wrong[0]}: {of_them} left out."]
+        return [f"'{word}'" for word, unread in words if word and unread]
+    return []
 
 
 @dataclass(frozen=True)
