@@ -19,8 +19,12 @@ from tui.app.jobs import Jobs, work
 @pytest.fixture(scope="module", params=rest_in_soak((45.0, 100.0)))
 def dive(tmp_path_factory, request):
     """The words that identify a short dive without a hidden effect."""
-    case = draw_case(300_001, kind="none", seconds=request.param)
-    folder = tmp_path_factory.mktemp("dive")
+    return identifying(tmp_path_factory.mktemp("dive"), request.param)
+
+
+def identifying(folder, seconds):
+    """The words that identify a dive without a hidden effect, which is written into a folder."""
+    case = draw_case(300_001, kind="none", seconds=seconds)
     (folder / "dive.tlog").write_bytes(tlog_of(dive_of(case)))
     (folder / "vehicle.yaml").write_text(case.vehicle.text, encoding="utf-8")
     vehicle = f"{folder / 'vehicle.yaml'}:{case.configuration}"
@@ -151,7 +155,9 @@ def test_two_presses_of_the_end_key_at_once_are_passed_on_one_after_the_other(mo
     assert done.count("pressed") == 2
 
 
-def test_cancelling_ends_the_process_and_leaves_no_file(dive, tmp_path, monkeypatch):
+def test_cancelling_ends_the_process_and_leaves_no_file(tmp_path, monkeypatch):
+    # A long dive and the slow method: a busy machine may come to read its first report many seconds late.
+    words = (*identifying(tmp_path, 1200.0), "--method", "pinn")
     started: list[subprocess.Popen[bytes]] = []
     start = subprocess.Popen
 
@@ -164,10 +170,7 @@ def test_cancelling_ends_the_process_and_leaves_no_file(dive, tmp_path, monkeypa
 
     async def cancelled():
         heard = asyncio.Event()
-        # The slow method: a busy machine may come to read its first report seconds late.
-        job = asyncio.create_task(
-            work((*dive, "--method", "pinn", "--report", str(page)), lambda _: heard.set(), lambda: 0)
-        )
+        job = asyncio.create_task(work((*words, "--report", str(page)), lambda _: heard.set(), lambda: 0))
         await heard.wait()
         job.cancel()
         with pytest.raises(asyncio.CancelledError):
