@@ -145,6 +145,7 @@ _UP = ("u", "up")
 _LEFT = ("left", "port")
 _XYZ = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 
+_BRACKETED = re.compile(r"(.*?)\s*[\[(]\s*([^\d\])][^\])]*)[\])]\s*")
 _TIMES = re.compile(
     r"(?:header_)?stamp|t|(?:.*_)?time(?:_?stamp)?(?:_boot|_since_boot|_sample)?|timestamp_sample|received|clock|elapsed"
 )
@@ -219,6 +220,18 @@ def ends_in_time_unit(field: str) -> str | None:
     return UNITS["time"].get(words[-1]) if len(words) > 1 else None
 
 
+def with_unit(field: str, unit: str) -> str:
+    """A name with the unit in which its cells are; as it is if it ends in that. Raises ValueError if it is no unit, or
+    if the name says another."""
+    word = snake(_plain(unit))
+    bracketed = _BRACKETED.fullmatch(field)
+    said = snake(_plain(bracketed[2])) if bracketed else ""
+    is_unit = unit == "%" or any(word in units for units in UNITS.values())
+    if not is_unit or said not in ("", word):
+        raise ValueError
+    return field if said or snake(field).endswith(f"_{word}") else f"{field} [{unit}]"
+
+
 def _plain(unit: str) -> str:
     """A unit in letters: `°/s` as `deg/s`, `µs` as `us`, `m/s²` as `m/s2`."""
     for sign, letters in _SIGNS.items():
@@ -228,7 +241,7 @@ def _plain(unit: str) -> str:
 
 def _readings(field: str) -> list[tuple[str, str]]:
     """Ways to read a name as one without its unit, and the unit's word; last the name as it is, without."""
-    bracketed = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\d\])][^\])]*)[\])]\s*", field)
+    bracketed = _BRACKETED.fullmatch(field)
     if bracketed:
         return [(snake(bracketed[1]), snake(_plain(bracketed[2])))]
     words = snake(field).split("_")
