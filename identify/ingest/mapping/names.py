@@ -5,6 +5,7 @@ Dive holds w x y z.
 """
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 _TIME = {"s": "s", "sec": "s", "secs": "s", "seconds": "s", "ms": "ms", "msec": "ms", "millis": "ms", "us": "us",
@@ -218,6 +219,18 @@ def ends_in_time_unit(field: str) -> str | None:
     """The unit of time that a name ends in, whatever it begins with: `MonoS`, `t_boot_ms`; None for any other name."""
     words = snake(field).split("_")
     return UNITS["time"].get(words[-1]) if len(words) > 1 else None
+
+
+_PLACE = re.compile(r"((?:.*_)?(?:position|pos|p)_?|)([xyz012])")
+
+
+def position_in(fields: Iterable[str]) -> tuple[str, str, str | None] | None:
+    """The fields of one stream that are its position x, y and, if there is one, z, in the earth's axes."""
+    places: dict[str, dict[int, str]] = {}
+    for field in fields:
+        if match := _PLACE.fullmatch(snake(field)):
+            places.setdefault(match[1], {})[_XYZ[match[2]]] = field
+    return next(((of[0], of[1], of.get(2)) for of in places.values() if of.keys() >= {0, 1}), None)
 
 
 def with_unit(field: str, unit: str) -> str:
