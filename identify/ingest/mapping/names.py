@@ -233,6 +233,11 @@ def position_in(fields: Iterable[str]) -> tuple[str, str, str | None] | None:
     return next(((of[0], of[1], of.get(2)) for of in places.values() if of.keys() >= {0, 1}), None)
 
 
+def is_position_z(name: str) -> bool:
+    """Whether a column that is taken for the depth is a position, which may count from anywhere."""
+    return f"_{snake(name)}".endswith("_z")
+
+
 def with_unit(field: str, unit: str) -> str:
     """A name with the unit in which its cells are; as it is if it ends in that. Raises ValueError if it is no unit, or
     if the name says another."""

@@ -31,7 +31,7 @@ from identify.ingest.mapping.column_map import (
     Columns,
     TimeColumn,
 )
-from identify.ingest.mapping.names import position_in
+from identify.ingest.mapping.names import is_position_z, position_in
 from identify.ingest.mapping.profiles import Profile, profiles
 from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
 from identify.ingest.mapping.time_column import time_column
@@ -121,11 +121,11 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     choices = _by_travel(choices, candidates, timed, time)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
     choices = tuple(choice for choice in choices if choice not in of_earth)
-    choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
+    choices = _all_mended(choices, _mends(timed, choices, time, path))
     for choice in of_earth:
         if "attitude" in map(_meant, choices):
             choices = (_turned(choice, choices, timed, time, path, choice not in by_name), *choices)
-            choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
+            choices = _all_mended(choices, _mends(timed, choices, time, path))
         else:
             notes.append(
                 f"{', '.join(filter(None, choice.columns.columns))}: not used for velocity. It is in earth axes, and "
@@ -215,6 +215,14 @@ def _turned(
         reason = "As the attitude is one of ROS, its earth axes are taken, x east, y south, z down."
         choice = replace(choice, columns=columns, reasons=(*choice.reasons, reason))
     return replace(choice, confidence=Confidence.GUESSED)
+
+
+def _mends(
+    streams: Sequence[Stream], choices: Sequence[Choice], time: TimeColumn, path: Path
+) -> tuple[Mend, ...]:
+    depth = next((each for each in choices if each.signal == "depth"), None)
+    is_position = depth is not None and any(map(is_position_z, filter(None, depth.columns.named)))
+    return mends(_dive(streams, map_of(time, choices), path), depth_is_a_position=is_position)
 
 
 def _dive(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:
