@@ -727,6 +727,8 @@ def test_a_position_that_is_only_set_off_is_not_turned_round_and_one_that_went_d
     speed = {"u": READ["velocity"][:, 0]}
     held = proposed({"t": t, **speed, "pose.position.z": -0.3 + 0.02 * np.sin(t)})
     assert held.columns.depth.scale == ()
+    (depth,) = (choice for choice in held.choices if choice.signal == "depth")
+    assert "It is a position, which may count from elsewhere than the surface." in uncertain(depth)
     dived = proposed({"t": t, **speed, "pose.position.z": -2.0 + 2.0 * np.cos(0.1 * t)})
     assert dived.columns.depth.scale == (-1.0,)
     named = proposed({"t": t, **speed, "depth": -3.0 + 0.02 * np.sin(t)})
