@@ -37,7 +37,7 @@ MOST_ZEROS: Final = 0.01
 """A larger share of zero bytes in the first HEAD_BYTES says that a file is no text. Fewer are what a serial line
 garbles, and later ones what a loss of power leaves."""
 DECIMAL_COMMA: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
-BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]|\s*$)")
+BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}([-/])\d\d\1\d\d([T ]|\s*$)")
 UNIT_BEHIND: Final = re.compile(r"(\S+?)\s*([^\W\d_]\S*|[°º%]\S*)")
 """A number with its unit, in one cell."""
 UNIT_APART: Final = re.compile(r"\s+(?=[\[(])")

@@ -71,6 +71,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
      r"(ahead|forward|fwd|starboard|stbd|right|left|port)_(?:vel|velocity|speed)", ""),
     (EARTH_VELOCITY, r"v([nedu])|(?:.*_)?(?:v|vel|velocity)_([ned])", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity|speed)_?(north|east|down|up)", ""),
+    (EARTH_VELOCITY, r"(?:.*_)?local_position_v_?([xyz])", ""),
     (EARTH_VELOCITY, r"(north|east|down|up)_(?:vel|velocity|speed)", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity)_(?:ned|enu)_([xyz012])", ""),
     ("gyro", r"(?:.*_)?(?:angular_velocity|angular_rate|ang_vel|gyroscope|gyro|gyr|rates?|omega)_?([xyz012])", ""),
@@ -231,6 +232,16 @@ def position_in(fields: Iterable[str]) -> tuple[str, str, str | None] | None:
         if match := _PLACE.fullmatch(snake(field)):
             places.setdefault(match[1], {})[_XYZ[match[2]]] = field
     return next(((of[0], of[1], of.get(2)) for of in places.values() if of.keys() >= {0, 1}), None)
+
+
+_VALID = re.compile(r"(?:.*_)?(?:velocity|vel|dvl|bottom|bottom_track)_(?:is_)?(?:valid|lock(?:ed)?)")
+
+
+def tells_valid_velocity(topic: str, field: str) -> bool:
+    """Whether a column says, by 1 or 0, that the velocity of its row is one; of a table plain `valid` may be about
+    anything."""
+    plain = snake(field)
+    return _VALID.fullmatch(plain) is not None or (bool(topic) and plain in ("valid", "is_valid"))
 
 
 def is_position_z(name: str) -> bool:
