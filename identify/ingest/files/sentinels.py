@@ -53,7 +53,7 @@ def _sentinels(cells: Array) -> NDArray[np.bool_]:
             break
         said |= of_it
         sizes, least = np.where(of_it, 0.0, sizes), largest
-    return said & (sizes.max(initial=0.0) <= MOST_BESIDE * least)
+    return said if sizes.max(initial=0.0) <= MOST_BESIDE * least else np.zeros(len(cells), np.bool_)
 
 
 def _digits(size: float) -> str:
