@@ -56,6 +56,8 @@ FITS_AIR = 0.5
 FASTEST_M_S = 4.0
 SHALLOW = 1.0
 """A position whose least depth is less than this part of how far it goes began near the surface."""
+LARGEST_OFFSET_M = 1.0
+"""Where no motion tells, a position that is always deeper than any sensor is mounted is a depth."""
 
 _MEANT = {
     "velocity": "the velocity",
@@ -116,8 +118,8 @@ def _depth_below(dive: Dive) -> tuple[Mend, ...]:
 
 
 def _position_below(dive: Dive) -> tuple[Mend, ...]:
-    """A position whose z points up, by the motion; by where it is only if it went there, for it may count from
-    anywhere."""
+    """A position whose z points up, by the motion; by where it is only if it went there or is far from 0: it
+    may count from a sensor's own place."""
     depth, match = readings(dive.depth), pressure_match(dive)
     if depth is None or (match is not None and abs(match.correlation) > CLEAR):
         return ()
@@ -131,7 +133,7 @@ def _position_below(dive: Dive) -> tuple[Mend, ...]:
         )
         return (scaled("depth", (-1.0,), problem),) if as_height > as_it_is else ()
     low, high = np.quantile(depth.value, (0.05, 0.95)).tolist()
-    return _depth_below(dive) if high > -SHALLOW * (high - low) else ()
+    return _depth_below(dive) if high > -SHALLOW * (high - low) or high < -LARGEST_OFFSET_M else ()
 
 
 def _goes_with_depth_and_push(dive: Dive) -> float:
