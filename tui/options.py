@@ -40,6 +40,12 @@ class ParameterTarget(Target):
     suffixes = PARAMETER_SUFFIXES
 
 
+class PageTarget(Target):
+    """A page that a verb writes; a browser shows one of another ending as text."""
+
+    suffixes = (".html", ".htm")
+
+
 class FolderTarget(str):
     """A folder that a verb writes into, and makes."""
 
@@ -161,7 +167,7 @@ class Options:
 
     def report(self, meaning: str) -> None:
         """A page, and its figures as files."""
-        self.value("--report", "HTML", meaning, type=Target)
+        self.value("--report", "HTML", meaning, type=PageTarget)
         self.figures()
 
     def out(self, meaning: str, default: str) -> None:

@@ -32,7 +32,7 @@ def make_parser(device: Device, thrusters: int) -> Parser | None:
         case "kvh1760":
             return Kvh1760Parser(device.rate_hz or GYRO_RATE_HZ, late_s)
         case "esc":
-            return EscParser(thrusters, device.poles, late_s)
+            return EscParser(thrusters, device.poles, late_s, device.rate_hz)
         case "ublox":
             # Its library takes a tenth of a second to import, and most dives don't need it.
             from bridge.sensors.ublox import UbloxParser

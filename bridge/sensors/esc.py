@@ -6,10 +6,12 @@ Source: ArduPilot's AP_BLHeli. Temperature u8 (deg C), voltage u16 (0.01 V), cur
 
 An answer has no start byte and identifies neither its controller nor the direction of rotation. The parser therefore
 counts along: the requester asks 0, 1 .. n-1 in turn, and a broken answer still takes its turn. An answer may start
-after a pause of 1 ms; within a burst only the CRC finds it.
+after a pause of 1 ms; within a burst only the CRC finds it. The turn of a controller that stays silent shows in the
+time alone, so it is counted only where the rate of requests is known.
 """
 
 import struct
+from dataclasses import replace
 
 from fastcrc import crc8
 
@@ -21,6 +23,8 @@ _BODY = struct.Struct(">B4H")
 _PAUSE_S = 1e-3
 _BYTE_S = 10 / 115200
 _RPM_PER_FIELD = 200.0  # electrical rpm / 100, and two poles a pair
+# Ports are read in steps, so an answer may seem late or early by half a turn; the requester's clock has its own rate.
+_CLEARLY, _PULL = 0.6, 0.05
 # An 8-bit CRC lets 1 in 256 broken answers pass, so values beyond any such controller are refused as well.
 _HOTTEST_C, _MOST_V, _MOST_A = 150.0, 80.0, 300.0
 
@@ -45,10 +49,15 @@ def encode_esc(
 
 
 class EscParser:
-    """Parses the answers of `count` controllers on one line, asked in turn; motors with `poles` magnets."""
+    """Parses the answers of `count` controllers on one line, asked in turn; motors with `poles` magnets.
 
-    def __init__(self, count: int, poles: int = 14, latency_s: float = 0.0) -> None:
+    rate_hz: of the requests to all of them together; 0 if it is unknown.
+    """
+
+    def __init__(self, count: int, poles: int = 14, latency_s: float = 0.0, rate_hz: float = 0.0) -> None:
         self._count = count
+        self._rate_hz = rate_hz
+        self._asked_s: float | None = None
         self._poles = poles
         self._latency_s = latency_s
         self._buffer = bytearray()
@@ -66,7 +75,8 @@ class EscParser:
             self._starts.append(len(self._buffer))
         self._last_s = time_s
         self._buffer += data
-        samples: list[Sample] = []
+        samples: list[EscSample] = []
+        first = self._next
         while len(self._buffer) >= FRAME:
             frame = bytes(self._buffer[:FRAME])
             if crc8.smbus(frame[:-1]) != frame[-1]:
@@ -87,14 +97,35 @@ class EscParser:
                     current_a=current_a,
                 )
             )
-        return samples
+        return self._in_turn(samples, first, time_s)
+
+    def _in_turn(self, samples: list[EscSample], first: int, time_s: float) -> list[Sample]:
+        """The samples of answers that came at a time, with the turns of silent controllers before them counted.
+
+        first: the turn that was next before them. Of several answers at once nothing tells where one was missing, so
+        they are left out; their number makes up for turns that a late reading of the port counted too many.
+        """
+        if not self._rate_hz or not samples:
+            return [*samples]
+        if self._asked_s is None:
+            self._asked_s = time_s
+            return [*samples]
+        behind = (time_s - self._asked_s) * self._rate_hz - (self._next - first)
+        silent = round(behind) if abs(behind) > _CLEARLY else 0
+        self._next += silent
+        self._asked_s += (self._next - first + _PULL * (behind - silent)) / self._rate_hz
+        if silent == 0:
+            return [*samples]
+        if len(samples) > 1:
+            return []
+        return [replace(samples[0], index=(samples[0].index + silent) % self._count)]
 
     def _turn(self) -> int:
         """Return the controller of this answer: three or more skipped bytes before it count as a broken answer."""
-        index = (self._next + (self._skipped + 7) // FRAME) % self._count
+        turn = self._next + (self._skipped + 7) // FRAME
         self._skipped = 0
-        self._next = index + 1
-        return index
+        self._next = turn + 1
+        return turn % self._count
 
     def _drop(self, size: int) -> None:
         if size:

@@ -267,15 +267,14 @@ class SimulatedEscs(SimulatedDevice):
         speeds *= 1 + self._noise.rpm_share * self._rng.standard_normal(len(thrust))
         currents = AMPERES_PER_N15 * np.abs(thrust) ** 1.5
         answers = []
-        for _ in moments(stretch, self._rate_hz):
+        for time_s in moments(stretch, self._rate_hz).tolist():
             i = self._asked % len(thrust)
-            answers.append(
-                encode_esc(float(speeds[i]), self._device.poles, curve.voltage_v, float(currents[i]), ESC_C)
+            data = encode_esc(
+                float(speeds[i]), self._device.poles, curve.voltage_v, float(currents[i]), ESC_C
             )
+            answers.append(Arrival(self._slot, time_s + self._latency_s, data))
             self._asked += 1
-        if not answers:
-            return []
-        return [Arrival(self._slot, float(stretch.time_s[-1]) + self._latency_s, b"".join(answers))]
+        return answers
 
 
 class SimulatedUblox(SimulatedDevice):

@@ -3,7 +3,7 @@ bag of ROS, a `.ulg`, `.mat` or `.npz`.
 """
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence, Set
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from identify.ingest.files.arrays import read_npz
 from identify.ingest.files.matlab import read_matlab
 from identify.ingest.files.parquet import read_parquet
 from identify.ingest.files.run_column import split_streams
+from identify.ingest.files.sentinels import without_sentinels
 from identify.ingest.files.streams import Streams, some_of
 from identify.ingest.files.text_table import TABLES, read_table
 from identify.ingest.files.ulog import read_ulog
@@ -202,7 +203,7 @@ def _dives_of_runs(
     """
     whole = identity_of(files).sha256
     dives, unread = list[Dive](), dict[str, LogError]()
-    for run, rows in split_streams(_streams(files), by, files[0]):
+    for run, rows in split_streams(_streams(files, columns.names), by, files[0]):
         try:
             fields = _since_start(dive_fields(rows, columns, files[0]))
             sha256 = hash_of(f"{whole} {run}".encode())
@@ -223,7 +224,7 @@ def _fields(files: Sequence[Path], columns: ColumnMap | None, source: str) -> di
     if name.endswith(".bin"):
         return read_dataflash(files[0])[0]
     if columns is not None:
-        fields = dive_fields(_streams(files), columns, files[0])
+        fields = dive_fields(_streams(files, columns.names), columns, files[0])
         return fields if name.endswith(TABLES) else _since_start(fields)
     raise LogError(_strange(source))
 
@@ -243,8 +244,11 @@ def read_streams(path: Path) -> Streams:
     return _streams(files)
 
 
-def _streams(files: Sequence[Path]) -> Streams:
-    """The contents of the files. Raises LogError."""
+def _streams(files: Sequence[Path], used: Set[str] | None = None) -> Streams:
+    """The contents of the files, and in the columns `used`, or in all, no number that stands for no reading.
+
+    Raises LogError.
+    """
     held = [file for file in files if not (file.is_file() and file.stat().st_size == 0)]
     if not held:
         raise LogError(
@@ -253,7 +257,7 @@ def _streams(files: Sequence[Path]) -> Streams:
     ending = _ending(held[0])
     streams = read_bag(held) if ending in BAGS else FILES[ending](held[0])
     notes = tuple(f"{file.name} is empty: nothing was recorded in it." for file in files if file not in held)
-    return replace(streams, notes=(*streams.notes, *notes))
+    return without_sentinels(replace(streams, notes=(*streams.notes, *notes)), used)
 
 
 def _ending(file: Path) -> str:

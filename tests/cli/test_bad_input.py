@@ -143,7 +143,9 @@ def test_a_folder_in_place_of_stored_parameters_stays_where_it_is(tmp_path, refu
 MISPLACED = [
     ("identify", "no.tlog", "--vehicle", "nobody", "--json", "OUT/x.json"),
     ("identify", "no.tlog", "--vehicle", "nobody", "--param", "x.txt"),
-    ("identify", "no.tlog", "--vehicle", "nobody", "--json", "x", "--report", "x"),
+    ("identify", "no.tlog", "--vehicle", "nobody", "--json", "x.html", "--report", "x.html"),
+    ("identify", "no.tlog", "--vehicle", "nobody", "--report", "page"),
+    ("diagnose", "no.tlog", "--vehicle", "nobody", "--report", "page.pdf"),
     ("validate", "no.tlog", "--vehicle", "nobody", "--figures", "/dev/null/x"),
     ("record", "--link", "carrier:pigeon", "--out", "/dev/null/x"),
     ("simulate", "--vehicle", "nobody", "--mission", "survey", "--out", "/dev/null/x"),
@@ -217,7 +219,7 @@ VEHICLE_FILE = ("--vehicle", "our.yaml")
         (("identify", "d.tlog.gz", *VEHICLE_FILE, "--columns", "map.yaml", "--json", "map.yaml"), "map.yaml"),
         (("identify", "dives/one", *VEHICLE_FILE, "--json", "dives/one/dive.yaml"), "dives/one/dive.yaml"),
         (("identify", "a.param.json", *VEHICLE_FILE, "--param", "a.param"), "a.param.json"),
-        (("diagnose", "a", *VEHICLE_FILE, "--against", "d.tlog.gz", "--report", "d.tlog.gz"), "d.tlog.gz"),
+        (("diagnose", "a", *VEHICLE_FILE, "--against", "d.tlog.gz", "--json", "d.tlog.gz"), "d.tlog.gz"),
         (("batch", "dives", *VEHICLE_FILE, "--csv", "hard.csv"), "dives/one/telemetry.tlog"),
         (("batch", "d*.gz", *VEHICLE_FILE, "--json", "d.tlog.gz"), "d.tlog.gz"),
         (("plan", *VEHICLE_FILE, "--out", "our.yaml"), "our.yaml"),
@@ -272,6 +274,10 @@ def test_the_sidecar_and_the_json_may_not_be_one_file(refused):
         (
             "identify x.tlog --vehicle ruvifist --report -",
             "--report -: can't go to standard output; name a file",
+        ),
+        (
+            "validate x.tlog --vehicle ruvifist --report page",
+            "--report page: the name must end in .html or .htm; name it so",
         ),
         ("export x.tlog --to mcap --out -", "--to mcap: is no text that can be shown; add --out FILE.mcap"),
     ],

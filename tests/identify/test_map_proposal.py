@@ -706,3 +706,30 @@ def test_a_clock_whose_name_ends_in_volt_is_no_voltage():
     )
     sagging = proposed({**columns, "t_s_volt": 16.0 - clock * 1e-4})
     assert sagging.columns.voltage.unit == "V"
+
+
+@pytest.mark.parametrize("offset", [-20.0, 20.0])
+@pytest.mark.parametrize("up", [False, True])
+def test_the_sign_of_a_position_is_that_of_its_motion_wherever_it_counts_from(offset, up):
+    axes = np.array([1.0, -1.0, -1.0] if up else [1.0, 1.0, 1.0])
+    columns = {"t": READ["t"], "z": offset + (-READ["depth"] if up else READ["depth"])}
+    for names, key in (("uvw", "velocity"), ("pqr", "gyro"), (("roll", "pitch", "yaw"), "euler")):
+        columns |= dict(zip(names, (READ[key] * axes).T, strict=True))
+    columns |= dict(zip(("ax", "ay", "az"), (READ["force"] * axes).T, strict=True))
+    proposal = proposed(columns)
+    assert proposal.columns.depth.scale == ((-1.0,) if up else ())
+    dive = mapped(table(columns), proposal.columns, LOG)
+    assert dive.velocity.value == pytest.approx(READ["velocity"])
+
+
+def test_a_position_that_is_only_set_off_is_not_turned_round_and_one_that_went_down_from_0_is():
+    t = READ["t"]
+    speed = {"u": READ["velocity"][:, 0]}
+    held = proposed({"t": t, **speed, "pose.position.z": -0.3 + 0.02 * np.sin(t)})
+    assert held.columns.depth.scale == ()
+    (depth,) = (choice for choice in held.choices if choice.signal == "depth")
+    assert "It is a position, which may count from elsewhere than the surface." in uncertain(depth)
+    dived = proposed({"t": t, **speed, "pose.position.z": -2.0 + 2.0 * np.cos(0.1 * t)})
+    assert dived.columns.depth.scale == (-1.0,)
+    named = proposed({"t": t, **speed, "depth": -3.0 + 0.02 * np.sin(t)})
+    assert named.columns.depth.scale == (-1.0,)

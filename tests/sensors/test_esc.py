@@ -67,6 +67,36 @@ def test_a_broken_answer_takes_its_turn_after_a_pause_and_in_the_middle_of_a_bur
         assert [(s.index, s.current_a) for s in samples] == [(0, 0.0), (2, 2.0)]
 
 
+def told(silent, late=(), rate_hz=80.0, asked=400):
+    """(index, current) of what is told of four controllers, asked at 80 Hz, of which one never answers; some answers
+    are read late, with those behind them."""
+    parser = EscParser(count=4, poles=14, rate_hz=rate_hz)
+    samples, waiting = [], b""
+    for k in range(asked):
+        waiting += b"" if k % 4 == silent else answer(k % 4)
+        if k not in late:
+            samples += parser.feed(waiting, 5.0 + k / 80.0 + 0.003 * (k % 3))
+            waiting = b""
+    return [(sample.index, sample.current_a) for sample in samples]
+
+
+@pytest.mark.parametrize("silent", [1, 2, 3])
+def test_with_the_rate_of_the_requests_a_controller_that_never_answers_keeps_its_number(silent):
+    right = told(silent)
+    assert len(right) == 300
+    assert all(index == current for index, current in right)
+    assert not all(index == current for index, current in told(silent, rate_hz=0.0))
+
+
+def test_answers_that_wait_in_the_port_are_counted_all_the_same():
+    whole = told(None, late=range(100, 130))
+    assert len(whole) == 400
+    assert all(index == current for index, current in whole)
+    lacking = told(2, late=range(100, 130))
+    assert all(index == current for index, current in lacking)
+    assert len(lacking) >= 270
+
+
 @pytest.mark.parametrize(
     "values", [(0.0, 5.0, 30.0), (81.0, 5.0, 30.0), (16.0, 301.0, 30.0), (16.0, 5.0, 151.0)]
 )

@@ -21,6 +21,8 @@ from identify.checks.mapping.first_mapping import mends
 from identify.dive import Dive, Signal
 from identify.gnss_fixes import check_fixes
 from identify.ingest.files.streams import some_of
+from identify.ingest.mapping.column_map import ColumnMap, column_map
+from identify.ingest.mapping.names import is_position_z
 from identify.ingest.mapping.proposal_of_runs import MOST_ASKED
 from identify.ingest.open import BAG_FOLDER, MAPPED, read_dives, recording_files
 from identify.ingest.ros.bags import ending_of
@@ -69,7 +71,7 @@ def run(arguments: argparse.Namespace) -> int:
     )  # fmt: skip
     show.say(console, *(f"note: {note}" for note in dive.notes))
     if columns is not None:
-        holds["contradictions"] = _contradictions(runs)
+        holds["contradictions"] = _contradictions(runs, column_map(columns))
         show.say(console, *(f"note: {sentence}" for sentence in holds["contradictions"]))
     fixes = check_fixes(dive)
     if fixes is not None:
@@ -96,11 +98,12 @@ def _whole(runs: Sequence[Dive], places: Sequence[Path], left_out: Mapping[str, 
     return whole if len(places) > 1 else replace(whole, sha256=identity_of(recording_files(places[0])).sha256)
 
 
-def _contradictions(runs: Sequence[Dive]) -> list[str]:
+def _contradictions(runs: Sequence[Dive], columns: ColumnMap) -> list[str]:
+    is_position = columns.depth is not None and any(map(is_position_z, filter(None, columns.depth.named)))
     showing: dict[tuple[str, str], list[str]] = {}
     sentences: dict[tuple[str, str], str] = {}
     for run in sorted(runs, key=lambda run: -run.duration_s)[:MOST_ASKED]:
-        for mend in mends(run):
+        for mend in mends(run, depth_is_a_position=is_position):
             showing.setdefault((mend.signal, mend.remedy), []).append(run.name)
             sentences.setdefault((mend.signal, mend.remedy), mend.sentence)
     return [

@@ -54,6 +54,10 @@ FITS_AIR = 0.5
 """Part of the air's pressure within which depth and pressure agree in the absolute."""
 
 FASTEST_M_S = 4.0
+SHALLOW = 1.0
+"""A position whose least depth is less than this part of how far it goes began near the surface."""
+LARGEST_OFFSET_M = 1.0
+"""Where no motion tells, a position that is always deeper than any sensor is mounted is a depth."""
 
 _MEANT = {
     "velocity": "the velocity",
@@ -65,12 +69,16 @@ _MEANT = {
 _AXES = "x", "y", "z"
 
 
-def mends(dive: Dive) -> tuple[Mend, ...]:
-    """The mends after which a recording contradicts physics no more, as far as these checks see; each in turn."""
+def mends(dive: Dive, *, depth_is_a_position: bool = False) -> tuple[Mend, ...]:
+    """The mends after which a recording contradicts physics no more, as far as these checks see; each in turn.
+
+    depth_is_a_position: whether it counts from elsewhere than the surface, perhaps.
+    """
     made: list[Mend] = []
+    below = _position_below if depth_is_a_position else _depth_below
     checks = (
-        _gravity, _depth_below, _pressure_by_depth, _depth_by_pressure, _quaternion_order, _turned_force, _frames,
-        _angles, _turns, earth_mends, speed_mends, _heave, _pushes, wrench_mends,
+        _gravity, below, _pressure_by_depth, _depth_by_pressure, _quaternion_order, _turned_force, _frames, _angles,
+        _turns, earth_mends, speed_mends, _heave, _pushes, wrench_mends,
     )  # fmt: skip
     for check in checks:
         for mend in check(dive):
@@ -107,6 +115,35 @@ def _depth_below(dive: Dive) -> tuple[Mend, ...]:
         return ()
     problem = f"Most depths are below 0 (down to {low:.3g} m), so z points up"
     return (scaled("depth", (-1.0,), problem),)
+
+
+def _position_below(dive: Dive) -> tuple[Mend, ...]:
+    """A position whose z points up, by the motion; by where it is only if it went there or is far from 0: it
+    may count from a sensor's own place."""
+    depth, match = readings(dive.depth), pressure_match(dive)
+    if depth is None or (match is not None and abs(match.correlation) > CLEAR):
+        return ()
+    turned = mended(dive, Mend("depth", (-1.0,)))
+    as_it_is, as_height = map(_goes_with_depth_and_push, (dive, turned))
+    best, other = max(as_it_is, as_height), min(as_it_is, as_height)
+    if best > CLEAR and other < UNCLEAR:
+        problem = (
+            f"A velocity that goes with the accelerometer goes with the position too by {as_height:.2f} if that counts "
+            f"up, and by {as_it_is:.2f} if it counts down, so z points up"
+        )
+        return (scaled("depth", (-1.0,), problem),) if as_height > as_it_is else ()
+    low, high = np.quantile(depth.value, (0.05, 0.95)).tolist()
+    return _depth_below(dive) if high > -SHALLOW * (high - low) or high < -LARGEST_OFFSET_M else ()
+
+
+def _goes_with_depth_and_push(dive: Dive) -> float:
+    """The least correlation of the velocity, in the axes that it then has, with the accelerometer and with the depth;
+    0 if unclear."""
+    for mend in _frames(dive):
+        dive = mended(dive, mend)
+    pushes = pushes_of(dive)
+    known = [*(pushes.by_sign() if pushes else (None,)), rise_match(dive)]
+    return min(0.0 if match is None else match.correlation for match in known)
 
 
 def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:

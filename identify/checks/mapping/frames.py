@@ -13,6 +13,7 @@ from identify.checks.sensors.sensor_pairs import (
     CLEAR,
     EDGE_S,
     NEARER_UNIT,
+    RISE_S,
     UNCLEAR,
     WINDOW_S,
     pushes_of,
@@ -21,12 +22,16 @@ from identify.checks.sensors.sensor_pairs import (
 )
 from identify.dive import Dive, Signal
 from identify.ingest.mapping.units import FOOT_M, KNOT_M_S
+from identify.ingest.rotation import attitude_at, to_earth
 
 SPEEDS = {100.0: "cm/s", 1000.0: "mm/s", 1 / FOOT_M: "ft/s", 1 / KNOT_M_S: "knots", 3.6: "km/h"}
 """Velocities per m/s in other units."""
 
 SPEED_CLEAR = 0.9
 """Correlation from which a velocity's size is judged by an acceleration: with more noise, it seems half too large."""
+
+LEAST_GONE_M, FITS, MISSES = 0.02, 0.15, 0.35
+"""Usual way of a window that tells axes, and parts of it by which right axes may miss it and wrong ones do."""
 
 EAST_FIRST, UP = (1, 0, 2), (1.0, 1.0, -1.0)
 """Order and factors that make north, east, down of columns of east, north, up."""
@@ -74,6 +79,34 @@ def earth_mends(dive: Dive) -> tuple[Mend, ...]:
         f"attitude turns it ({turned[best]:.2f}): it is in earth axes, {name}"
     )
     return (scaled("velocity", factors, problem, order, frame="NED"),)
+
+
+def is_of_earth(position: Signal, velocity: Signal, attitude: Signal) -> tuple[bool, str] | None:
+    """Whether a velocity (n, 3) is in the earth axes of a position (m, 3) rather than in the body's, by how that
+    changes, and the evidence; None if that is unclear. All are as one program writes them, in axes of its own."""
+    placed, moved, turned = readings(position), readings(velocity), readings(attitude)
+    if placed is None or moved is None or turned is None:
+        return None
+    edges_s = window_edges((placed, moved, turned), RISE_S)
+    if edges_s is None:
+        return None
+    gone = np.diff(edge_means(placed.time_s, placed.value, edges_s, EDGE_S), axis=0)[:, :2]
+    by_body = to_earth(attitude_at(turned, moved.time_s), moved.value)
+    misses = [
+        np.diff(np.column_stack([integral(moved.time_s, way[:, k], edges_s) for k in (0, 1)]), axis=0) - gone
+        for way in (moved.value, by_body)
+    ]
+    sizes = [float(np.nanmedian(np.linalg.norm(each, axis=1))) for each in (gone, *misses)]
+    if not sizes[0] > LEAST_GONE_M:
+        return None
+    as_it_is, once_turned = (size / sizes[0] for size in sizes[1:])
+    if not (min(as_it_is, once_turned) < FITS and max(as_it_is, once_turned) > MISSES):
+        return None
+    evidence = (
+        f"its position moves as it says but for {100 * as_it_is:.0f} % as it is, and but for {100 * once_turned:.0f} % "
+        "where the attitude turns it from the body's axes"
+    )
+    return as_it_is < once_turned, evidence
 
 
 def _least(dive: Dive) -> float | None:

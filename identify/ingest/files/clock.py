@@ -21,7 +21,8 @@ NEARLY, MOST = 0.15, 0.8
 
 
 def iso_s(words: Sequence[str]) -> Array:
-    """Time (n,) in s of dates with times, or of times of day, ISO 8601; NaN for a word that is no such time.
+    """Time (n,) in s of dates with times, or of times of day, ISO 8601; NaN for a word that is no such time. A date may
+    have slashes, 2026/07/19.
 
     Of dates it is Unix time; a time without an offset is taken for UTC. Times of day run on past midnight. Raises
     ValueError with the first word that is no such time if more than MOST_WRONG of them are not empty and none.
@@ -43,7 +44,8 @@ def iso_s(words: Sequence[str]) -> Array:
 
 
 def _unix_s(word: str) -> float:
-    at = datetime.fromisoformat(word)
+    # With the year first, slashes are no question of which is the month.
+    at = datetime.fromisoformat(word[:10].replace("/", "-") + word[10:] if word[4:5] == "/" else word)
     return ((at if at.tzinfo else at.replace(tzinfo=UTC)) - EPOCH) / TICK * 1e-6
 
 

@@ -14,6 +14,7 @@ from bridge.arrays import Array, Mask
 from bridge.errors import LogError
 from bridge.wire.tlog import load_bytes
 from identify.ingest.files.streams import Stream, Streams
+from identify.ingest.mapping.names import with_unit
 from identify.words import listed
 
 TABLES: Final = (".csv", ".csv.gz", ".txt", ".tsv")
@@ -25,14 +26,20 @@ SNIFFED: Final = 20
 CHUNK: Final = 50_000
 MOST_BAD: Final = 1_000
 """At most one row in so many may be bad; in a column of numbers, at most one cell in so many is a word."""
-SPOKEN: Final = {"true": 1.0, "false": 0.0, "na": np.nan, "n/a": np.nan, "null": np.nan, "none": np.nan}
+NOTHING: Final = ("-", "--", "-.-", "--.--")
+"""For no number: QGroundControl writes dashes."""
+SPOKEN: Final = {
+    "true": 1.0, "false": 0.0, **dict.fromkeys(("na", "n/a", "#n/a", "null", "none", *NOTHING), np.nan),
+}  # fmt: skip
 LONGEST_SHOWN: Final = 40
 HEAD_BYTES: Final = 4096
 MOST_ZEROS: Final = 0.01
 """A larger share of zero bytes in the first HEAD_BYTES says that a file is no text. Fewer are what a serial line
 garbles, and later ones what a loss of power leaves."""
 DECIMAL_COMMA: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
-BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}-\d\d-\d\d([T ]|\s*$)")
+BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}([-/])\d\d\1\d\d([T ]|\s*$)")
+UNIT_BEHIND: Final = re.compile(r"(\S+?)\s*([^\W\d_]\S*|[°º%]\S*)")
+"""A number with its unit, in one cell."""
 UNIT_APART: Final = re.compile(r"\s+(?=[\[(])")
 NO_TEXT: Final = "is no table of text; give a .csv with a line of names first"
 
@@ -74,8 +81,9 @@ def read_table(path: Path) -> Streams:
 
     The separator is a comma, a semicolon (numbers may then have a decimal comma), a tab or runs of spaces. Names stand
     in the first line, or in the last comment before numbers; without names, columns are named by their number from 1.
-    A second line without numbers holds units, which join the names: `u [m/s]`. A column in which more than one cell in
-    a thousand is no number is a column of words. At most one row in a thousand may be bad, and is left out.
+    A second line without numbers holds units, which join the names: `u [m/s]`; so does the unit in all cells of a
+    column, as in `12.3 m`. A column in which more than one cell in a thousand is no number is a column of words. At
+    most one row in a thousand may be bad, and is left out.
     """
     text, complete = _text(path)
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
@@ -103,6 +111,13 @@ def read_table(path: Path) -> Streams:
     words = {
         j for j, at in enumerate(wrong) if len(at) * MOST_BAD > len(kept) - np.count_nonzero(blank[:, j])
     }
+    for j in sorted(words):
+        united = _united(_words([lines[i] for i in kept], j, form), values[:, j], names[j], form)
+        if isinstance(united, str):
+            notes += (united,) if united else ()
+        else:
+            names[j], values[:, j], wrong[j] = united
+            words.remove(j)
     for j, at in enumerate(wrong):
         if j not in words:
             cells = ((kept[i], form.cells(lines[kept[i]])[j]) for i in at)
@@ -208,8 +223,9 @@ def _is_row(cells: Sequence[str], form: _Form) -> bool:
 def _holds_units(line: str, after: str, width: int, form: _Form) -> bool:
     cells = form.cells(line)
     filled = [cell for cell in cells if cell.strip()]
-    wordy = len(filled) > 0 and not any(form.is_number(cell) for cell in filled)
-    return len(cells) == width and wordy and not _is_row(cells, form) and _is_row(form.cells(after), form)
+    wordy = not any(form.is_number(cell) and cell.strip() not in NOTHING for cell in filled)
+    are_units = bool(filled) and wordy and not _is_row(cells, form)
+    return len(cells) == width and are_units and _is_row(form.cells(after), form)
 
 
 def _ends_open(line: str, names: Sequence[str], form: _Form) -> bool:
@@ -298,6 +314,35 @@ def _numbers(cells: Sequence[str], empty: Sequence[bool], form: _Form) -> tuple[
         except ValueError:
             words.append(i)
     return numbers, words
+
+
+def _united(cells: Sequence[str], plain: Array, name: str, form: _Form) -> tuple[str, Array, list[int]] | str:
+    """Of a column (n,) whose cells are numbers with a unit, its name with that, the numbers and the rows of words; of
+    any other "", or what is wrong with its units.
+
+    plain (n,): the numbers without a unit, NaN for other cells.
+    """
+    numbers, units, wrong = np.full(len(cells), np.nan), dict[str, None](), list[int]()
+    for i, cell in enumerate(cells):
+        match = None if not cell or form.is_number(cell) else UNIT_BEHIND.fullmatch(cell)
+        if match is not None and form.is_number(match[1]):
+            numbers[i] = form.number(match[1])
+            units[match[2]] = None
+        elif cell and not form.is_number(cell):
+            wrong.append(i)
+            if len(wrong) * MOST_BAD > len(cells):
+                return ""
+    # A zero is the same in every unit.
+    found = [*units, *(["none"] if np.nan_to_num(plain).any() else [])]
+    if not units:
+        return ""
+    try:
+        named = [with_unit(name, unit) for unit in units]
+    except ValueError:
+        return ""
+    if len(found) > 1:
+        return f"The cells of '{name}' are in different units ({', '.join(found)}): it was read as words."
+    return named[0], np.where(np.isfinite(plain), plain, numbers), wrong
 
 
 def no_number(cell: str) -> str:

@@ -11,7 +11,7 @@ from bridge.arrays import Array
 from identify.checks.mapping.mend import Mend
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
-from identify.ingest.mapping.names import named, snake
+from identify.ingest.mapping.names import is_position_z, named, snake
 from identify.ingest.mapping.ranges import Guess, from_surface, unit_of
 from identify.words import listed
 
@@ -229,6 +229,8 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
         )
         reasons.append(f"Nothing is named for {of} taken for {'0' if whole else 'unknown'}.")
         confidence = Confidence.GUESSED
+    if signal == "depth" and any(map(is_position_z, filter(None, names))):
+        reasons.append("It is a position, which may count from elsewhere than the surface.")
     if candidate.frame == "FLU":
         reasons.append("By its name, y is to port, so its axes are forward, left, up.")
     if candidate.frame in EARTH:

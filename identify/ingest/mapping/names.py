@@ -5,6 +5,7 @@ Dive holds w x y z.
 """
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 _TIME = {"s": "s", "sec": "s", "secs": "s", "seconds": "s", "ms": "ms", "msec": "ms", "millis": "ms", "us": "us",
@@ -70,6 +71,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
      r"(ahead|forward|fwd|starboard|stbd|right|left|port)_(?:vel|velocity|speed)", ""),
     (EARTH_VELOCITY, r"v([nedu])|(?:.*_)?(?:v|vel|velocity)_([ned])", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity|speed)_?(north|east|down|up)", ""),
+    (EARTH_VELOCITY, r"(?:.*_)?local_position_v_?([xyz])", ""),
     (EARTH_VELOCITY, r"(north|east|down|up)_(?:vel|velocity|speed)", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity)_(?:ned|enu)_([xyz012])", ""),
     ("gyro", r"(?:.*_)?(?:angular_velocity|angular_rate|ang_vel|gyroscope|gyro|gyr|rates?|omega)_?([xyz012])", ""),
@@ -145,6 +147,7 @@ _UP = ("u", "up")
 _LEFT = ("left", "port")
 _XYZ = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 
+_BRACKETED = re.compile(r"(.*?)\s*[\[(]\s*([^\d\])][^\])]*)[\])]\s*")
 _TIMES = re.compile(
     r"(?:header_)?stamp|t|(?:.*_)?time(?:_?stamp)?(?:_boot|_since_boot|_sample)?|timestamp_sample|received|clock|elapsed"
 )
@@ -219,6 +222,45 @@ def ends_in_time_unit(field: str) -> str | None:
     return UNITS["time"].get(words[-1]) if len(words) > 1 else None
 
 
+_PLACE = re.compile(r"((?:.*_)?(?:position|pos|p)_?|)([xyz012])")
+
+
+def position_in(fields: Iterable[str]) -> tuple[str, str, str | None] | None:
+    """The fields of one stream that are its position x, y and, if there is one, z, in the earth's axes."""
+    places: dict[str, dict[int, str]] = {}
+    for field in fields:
+        if match := _PLACE.fullmatch(snake(field)):
+            places.setdefault(match[1], {})[_XYZ[match[2]]] = field
+    return next(((of[0], of[1], of.get(2)) for of in places.values() if of.keys() >= {0, 1}), None)
+
+
+_VALID = re.compile(r"(?:.*_)?(?:velocity|vel|dvl|bottom|bottom_track)_(?:is_)?(?:valid|lock(?:ed)?)")
+
+
+def tells_valid_velocity(topic: str, field: str) -> bool:
+    """Whether a column says, by 1 or 0, that the velocity of its row is one; of a table plain `valid` may be about
+    anything."""
+    plain = snake(field)
+    return _VALID.fullmatch(plain) is not None or (bool(topic) and plain in ("valid", "is_valid"))
+
+
+def is_position_z(name: str) -> bool:
+    """Whether a column that is taken for the depth is a position, which may count from anywhere."""
+    return f"_{snake(name)}".endswith("_z")
+
+
+def with_unit(field: str, unit: str) -> str:
+    """A name with the unit in which its cells are; as it is if it ends in that. Raises ValueError if it is no unit, or
+    if the name says another."""
+    word = snake(_plain(unit))
+    bracketed = _BRACKETED.fullmatch(field)
+    said = snake(_plain(bracketed[2])) if bracketed else ""
+    is_unit = unit == "%" or any(word in units for units in UNITS.values())
+    if not is_unit or said not in ("", word):
+        raise ValueError
+    return field if said or snake(field).endswith(f"_{word}") else f"{field} [{unit}]"
+
+
 def _plain(unit: str) -> str:
     """A unit in letters: `°/s` as `deg/s`, `µs` as `us`, `m/s²` as `m/s2`."""
     for sign, letters in _SIGNS.items():
@@ -228,7 +270,7 @@ def _plain(unit: str) -> str:
 
 def _readings(field: str) -> list[tuple[str, str]]:
     """Ways to read a name as one without its unit, and the unit's word; last the name as it is, without."""
-    bracketed = re.fullmatch(r"(.*?)\s*[\[(]\s*([^\d\])][^\])]*)[\])]\s*", field)
+    bracketed = _BRACKETED.fullmatch(field)
     if bracketed:
         return [(snake(bracketed[1]), snake(_plain(bracketed[2])))]
     words = snake(field).split("_")

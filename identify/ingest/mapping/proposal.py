@@ -9,12 +9,19 @@ import numpy as np
 
 from bridge.errors import LogError
 from identify.checks.mapping.first_mapping import mends
-from identify.checks.mapping.frames import EAST_FIRST, UP, earth_mends
+from identify.checks.mapping.frames import EAST_FIRST, UP, earth_mends, is_of_earth
 from identify.checks.mapping.mend import FLU, Mend
 from identify.checks.sensors.sensor_pairs import CLEAR, Match, agreeing, turn_match
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.ingest.files.streams import Stream, Streams
-from identify.ingest.mapping.candidates import Choice, Confidence, candidates_in, choices_of, is_filtered
+from identify.ingest.mapping.candidates import (
+    Candidate,
+    Choice,
+    Confidence,
+    candidates_in,
+    choices_of,
+    is_filtered,
+)
 from identify.ingest.mapping.column_map import (
     BODY,
     EARTH,
@@ -24,6 +31,7 @@ from identify.ingest.mapping.column_map import (
     Columns,
     TimeColumn,
 )
+from identify.ingest.mapping.names import is_position_z, position_in
 from identify.ingest.mapping.profiles import Profile, profiles
 from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
 from identify.ingest.mapping.time_column import time_column
@@ -32,6 +40,7 @@ from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 
 MOST_OFF = 3.0
 """Ratio of two rates of turn up to which they may be in one unit; degrees and radians are 57 apart."""
+NO_SIGNAL = Signal(np.zeros(0), np.zeros((0, 1)))
 OLD_S = 0.2
 """Headers of a topic that are older than those of another by this much raise a question."""
 
@@ -108,14 +117,15 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
         except LogError as error:
             notes.append(f"No signal was held against another, as this map reads no dive. {error}.")
     choices = _agreed_angles(choices, timed, time)
-    columns = map_of(time, choices)
+    by_name = choices
+    choices = _by_travel(choices, candidates, timed, time)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]
     choices = tuple(choice for choice in choices if choice not in of_earth)
-    choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
+    choices = _all_mended(choices, _mends(timed, choices, time, path))
     for choice in of_earth:
         if "attitude" in map(_meant, choices):
-            choices = (_turned(choice, choices, timed, time, path), *choices)
-            choices = _all_mended(choices, mends(_dive(timed, map_of(time, choices), path)))
+            choices = (_turned(choice, choices, timed, time, path, choice not in by_name), *choices)
+            choices = _all_mended(choices, _mends(timed, choices, time, path))
         else:
             notes.append(
                 f"{', '.join(filter(None, choice.columns.columns))}: not used for velocity. It is in earth axes, and "
@@ -128,13 +138,65 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
         )
     choices = _borne_out(choices, agreeing(_dive(timed, map_of(time, choices), path)))
     notes += _lacks(choices)
-    return Proposal(map_of(time, choices), choices, profiles(streams, columns), tuple(notes), time_reason)
+    columns = map_of(time, choices)
+    return Proposal(columns, choices, profiles(streams, columns), tuple(notes), time_reason)
+
+
+def _by_travel(
+    choices: Sequence[Choice], candidates: Sequence[Candidate], streams: Sequence[Stream], time: TimeColumn
+) -> tuple[Choice, ...]:
+    """The choices; a velocity whose topic has a position is in the axes in which that moves as it says. If they are the
+    earth's, the attitude of its topic turns it."""
+    velocity = next((each for each in choices if each.signal == "velocity"), None)
+    if velocity is None or velocity.columns.frame == "FLU":
+        return tuple(choices)
+    stream = next(each for each in streams if _holds(each, velocity))
+    place = position_in(stream.columns)
+    own, _ = choices_of([each for each in candidates if each.stream is stream])
+    attitudes = [each for each in (*choices, *own) if _meant(each) == "attitude"]
+    attitudes.sort(key=lambda each: not _holds(stream, each))
+    if place is None or not attitudes:
+        return tuple(choices)
+    attitude = attitudes[0]
+
+    def read(signal: str, columns: Columns) -> Signal:
+        alone = replace(velocity, signal=signal, columns=columns)
+        return _dive(streams, map_of(time, (alone,)), Path()).signals().get(_meant(alone), NO_SIGNAL)
+
+    names = tuple(NOTHING if field is None else stream.full_name(field) for field in place)
+    told = is_of_earth(
+        # A map has no position; as a velocity it is read as it is.
+        read("velocity", Columns(names, "m/s")),
+        read("velocity", replace(velocity.columns, frame=BODY)),
+        read(attitude.signal, attitude.columns),
+    )
+    if told is None or told[0] is (velocity.columns.frame in EARTH):
+        return tuple(choices)
+    is_earth, evidence = told
+    words = f"It is in {'earth axes, those of the attitude' if is_earth else 'body axes'}: {evidence}."
+    columns = replace(velocity.columns, frame="NED" if is_earth else BODY)
+    made = replace(velocity, columns=columns, reasons=(*velocity.reasons[:1], words))
+    if not is_earth:
+        return tuple(made if each is velocity else each for each in choices)
+    others = [each for each in choices if each is not velocity and _meant(each) != "attitude"]
+    return (made, attitude, *others)
+
+
+def _holds(stream: Stream, choice: Choice) -> bool:
+    return any(stream.full_name(field) in choice.columns.columns for field in stream.columns)
 
 
 def _turned(
-    choice: Choice, others: Sequence[Choice], streams: Sequence[Stream], time: TimeColumn, path: Path
+    choice: Choice,
+    others: Sequence[Choice],
+    streams: Sequence[Stream],
+    time: TimeColumn,
+    path: Path,
+    is_in_its_axes: bool,
 ) -> Choice:
-    """A velocity in the earth axes that fit the accelerometer; if unclear, those of its name, or of ROS's attitude."""
+    """A velocity in the earth axes that fit the accelerometer; if unclear, those of its name, or of ROS's attitude.
+
+    is_in_its_axes: whether the attitude's are those of the velocity."""
     raw = replace(choice, columns=replace(choice.columns, frame=BODY))
     dive = _dive(streams, map_of(time, (raw, *others)), path)
     attitude = next(each for each in others if _meant(each) == "attitude")
@@ -146,11 +208,21 @@ def _turned(
                 "velocity", raw.columns, Mend("velocity", UP, order=EAST_FIRST, frame="NED")
             )
         return choice if by_name == columns else replace(choice, columns=columns, mends=(mend,))
-    if choice.columns.frame == "ENU" and any(mend.factors == FLU for mend in attitude.mends):
+    if (choice.columns.frame == "ENU" or is_in_its_axes) and any(
+        mend.factors == FLU for mend in attitude.mends
+    ):
         columns = mended_columns("velocity", raw.columns, Mend("velocity", FLU, frame="NED"))
         reason = "As the attitude is one of ROS, its earth axes are taken, x east, y south, z down."
         choice = replace(choice, columns=columns, reasons=(*choice.reasons, reason))
     return replace(choice, confidence=Confidence.GUESSED)
+
+
+def _mends(
+    streams: Sequence[Stream], choices: Sequence[Choice], time: TimeColumn, path: Path
+) -> tuple[Mend, ...]:
+    depth = next((each for each in choices if each.signal == "depth"), None)
+    is_position = depth is not None and any(map(is_position_z, filter(None, depth.columns.named)))
+    return mends(_dive(streams, map_of(time, choices), path), depth_is_a_position=is_position)
 
 
 def _dive(streams: Sequence[Stream], columns: ColumnMap, path: Path) -> Dive:

@@ -29,6 +29,7 @@ from identify.ingest.mapping.column_map import (
     Columns,
     TimeColumn,
 )
+from identify.ingest.mapping.names import tells_valid_velocity
 from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
 
@@ -56,6 +57,7 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
     wanted = {name: names.of_signal(name, source) for name, source in columns.signals().items()}
     notes: list[str] = []
     tables: dict[str, _Rows] = {}
+    flags: dict[str, str] = {}
     for stream in recorded.streams:
         used = {
             field
@@ -64,6 +66,9 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
             for field in fields_used
             if field is not None and field != NOTHING
         }
+        if "velocity" in wanted and wanted["velocity"][0] is stream and (flag := _validity(stream)):
+            flags[stream.name] = flag
+            used.add(flag)
         if any(at is stream for at, _ in wanted.values()):
             empty = _empty_cells(recorded, stream, used)
             clock = clock_of(stream, columns.time, path, {name: empty.get(name) for name in used})
@@ -83,6 +88,15 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
     for name, source in columns.signals().items():
         stream, fields_used = wanted[name]
         signals[name] = tables[stream.name].signal(name, source, fields_used)
+    if flags:
+        stream, fields_used = wanted["velocity"]
+        signals["velocity"] = _valid(
+            signals["velocity"],
+            tables[stream.name],
+            flags[stream.name],
+            stream.full_name(flags[stream.name]),
+            notes,
+        )
     if columns.pwm is not None:
         signals[COMMANDS.get(columns.pwm.unit, "thrust_cmd")] = signals.pop("pwm")
     notes += _clocks(tables, path)
@@ -113,6 +127,23 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
         "notes": (*recorded.notes, *notes, *columns.notes),
         "counts": {f"rows of {name}" if name else "rows": len(rows.time_s) for name, rows in tables.items()},
     }
+
+
+def _validity(stream: Stream) -> str:
+    """The column of a stream that says where its velocity is none; "" without."""
+    for field, cells in stream.columns.items():
+        if tells_valid_velocity(stream.name, field) and {*np.unique(cells[np.isfinite(cells)])} == {0.0, 1.0}:
+            return field
+    return ""
+
+
+def _valid(velocity: Signal, rows: "_Rows", flag: str, name: str, notes: list[str]) -> Signal:
+    """The velocity, unknown where its column `flag` says that it is none."""
+    none = np.isin(velocity.time_s, rows.time_s[rows.cells[flag] == 0.0])
+    notes.append(
+        f"By {name}, {np.count_nonzero(none)} of {len(velocity)} velocities are none: taken for no reading."
+    )
+    return Signal(velocity.time_s, np.where(none[:, None], np.nan, velocity.value))
 
 
 def _turned(signals: Mapping[str, Signal], frame: str, path: Path, notes: list[str]) -> Signal:
