@@ -282,7 +282,7 @@ def test_how_a_flight_went_stands_among_the_stamps_of_its_dive_though_the_clock_
     clock, day_s = vehicle.clock, 86_400.0
     began_s = clock.unix_s()
     write_holding(telling(folder=str(tmp_path), written_unix_s=began_s + day_s, set_by_s=day_s))
-    monkeypatch.setattr(orders, "next_dive", lambda *_: (tmp_path, tmp_path))
+    monkeypatch.setattr(orders, "next_dive", lambda *_, **_soon: (tmp_path, tmp_path))
     there = RecordedThere(vehicle, FILE, "hovering", clock, print)
     there.begin()
     crew, recorder, folder = recorded_crew(vehicle, FILE, "hovering", tmp_path, clock, print)
@@ -489,7 +489,7 @@ class OfRecording(Link):
     def close(self):
         self.asked = []
 
-    def go_on(self, clock, _wait):
+    def go_on(self, clock, _wait, **_soon):
         self.folders.append(new_folder(self.root, clock.unix_s(), "dive"))
         self.recorder.go_on(self.folders[-1].open_telemetry, lambda _: None)
         self.read(0.0)
