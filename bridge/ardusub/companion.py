@@ -272,8 +272,7 @@ class Companion:
 
     def knock(self, now_s: float) -> list[Any]:
         """The question to send from the address `knocks_as` now, so that another companion can be heard."""
-        listens = self.handover.starting and self.heard.is_there(now_s) and self.stands_back(now_s)
-        if not listens or now_s < self._knock_s:
+        if now_s < self._knock_s or not (self.heard.is_there(now_s) and self.stands_back(now_s)):
             return []
         self._knock_s = now_s + KNOCK_EVERY_S
         return [dialect.MAVLink_param_request_read_message(self.heard.system, AUTOPILOT, FRAME.encode(), -1)]
@@ -282,8 +281,12 @@ class Companion:
         """Whether it has just been started and listens for another companion, or hears one: what that holds is taken
         for what a companion that died has left, and put back, before the second heartbeat of either. It says nothing
         from its own address meanwhile, or the autopilot would pass on none of the other's heartbeats."""
+        return self.listens(now_s) or (self.handover.starting and bool(self._another(now_s)))
+
+    def listens(self, now_s: float) -> bool:
+        """Whether it has just been started, or just heard the autopilot, and has heard no other companion yet."""
         listens = not now_s - self._first_s >= LISTENS_S or now_s - self._there_s < LISTENS_S
-        return self.handover.starting and (listens or bool(self._another(now_s)))
+        return self.handover.starting and listens and not self._another(now_s)
 
     def leave(self) -> bool:
         """Give the sticks back from now on; True once that is proven."""

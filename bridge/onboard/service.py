@@ -132,6 +132,7 @@ class Bridge:
         self._attitude: ImuSample | None = None
         self._queue: list[bytes] = []
         self._aside: list[bytes] = []
+        self._unsaid: list[tuple[str, int]] = []
         self._beat_due_s = clock.boot_s()
         self._text_number = 0
         thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
@@ -234,9 +235,12 @@ class Bridge:
 
     def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
         """Send the crew a text (STATUSTEXT)."""
+        if self._stands_back:
+            self._unsaid.append((text, severity))
+            return
         self._text_number = self._text_number % 65535 + 1
-        encoder, queue = (self._knocker, self._aside) if self._stands_back else (self._encoder, self._queue)
-        queue += [encoder.encode(m) for m in status_texts(text, severity, self._text_number)]
+        for message in status_texts(text, severity, self._text_number):
+            self._queue.append(self._encoder.encode(message))
 
     def arm(self, wanted: bool) -> bool:
         """Arm or disarm. If arming is refused, send the reason to the crew and return False."""
@@ -425,6 +429,7 @@ class Bridge:
         return self._parameters.handle(message, self.armed)
 
     def _flush(self) -> None:
+        self._say_unsaid()
         aside, self._aside = self._aside, []
         queue, self._queue = self._queue, []
         overheard, self._overheard = self._overheard, []
@@ -442,6 +447,19 @@ class Bridge:
                 self._sides.write_all(withheld, but=self._companion.link)
             self._send_files()
         self._sides.end_step(self._clock.boot_s())
+
+    def _say_unsaid(self) -> None:
+        """Say what waited while it listened for another companion; beside one, from the address that it knocks as."""
+        if self._companion is None or self._companion.listens(self._clock.boot_s()):
+            return
+        unsaid, self._unsaid = self._unsaid, []
+        for text, severity in unsaid:
+            if not self._stands_back:
+                self.say(text, severity)
+                continue
+            self._text_number = self._text_number % 65535 + 1
+            texts = status_texts(text, severity, self._text_number)
+            self._aside += [self._knocker.encode(message) for message in texts]
 
     def _send_files(self) -> None:
         """Send FTP answers only to the link that asked, never into the ring, which would fill with itself."""

@@ -318,6 +318,13 @@ def test_a_second_companion_on_a_link_of_its_own_hears_the_first_through_the_aut
     assert taken(first)
 
 
+def test_what_a_companion_has_to_say_while_it_listens_for_another_comes_from_its_own_address_after_that():
+    fake, aboard, pilot = afloat({})
+    aboard.bridge.say("leak")
+    fake.run(4.0, aboard, pilot)
+    assert [m.get_srcComponent() for m in pilot.of("STATUSTEXT") if m.text == "leak"] == [191]
+
+
 def test_a_second_companion_that_overhears_who_holds_the_sticks_neither_steers_nor_disarms(tmp_path):
     fake, first, pilot = afloat({}, store=tmp_path / "first")
     assert fake.until(lambda: taken(first), WAIT_S, first, pilot)
