@@ -5,7 +5,8 @@ frames and recordings · `links`, `signing` what carries them · `onboard` the p
 of an autopilot's · `ardusub` the companion of one · `simulator` a vehicle that stands in for the sea.
 
 `arrays` number types · `attitude` quaternions, angles and matrices · `clock` the boot clock, dates in names · `files`
-other people's files read with care, ours written whole · `plain`, `schema` untrusted YAML and JSON, and dataclasses
-made of it · `text` text harmless on any screen · `version` what is installed · `reports` lines of JSON between programs
-· `command_line` options, and a run until it is stopped · `errors`, `exit_codes` how it ends.
+other people's files read with care, ours written whole · `locks` between programs · `plain`, `schema` untrusted YAML
+and JSON, and dataclasses made of it · `text` text harmless on any screen · `version` what is installed · `reports`
+lines of JSON between programs · `command_line` options, and a run until it is stopped · `errors`, `exit_codes` how it
+ends.
 """

@@ -5,7 +5,6 @@ their process. Where the file system has no locks, locking always succeeds.
 """
 
 import contextlib
-import fcntl
 import os
 import time
 from collections.abc import Iterator
@@ -14,6 +13,7 @@ from typing import Final
 
 from bridge.errors import LogError
 from bridge.files import NO_WAIT
+from bridge.locks import holder_of, try_lock
 from bridge.wire.tlog import TlogWriter
 
 CHANGE_S: Final = 2.0
@@ -22,17 +22,6 @@ RETRY_S: Final = 0.005
 MERGE_S: Final = 10.0
 """Longest wait for another merge of the same dive."""
 LOOK_EVERY_S: Final = 0.1
-
-
-def try_lock(file: int, *, exclusive: bool = True) -> bool:
-    """Lock an open file, `exclusive` or shared, without waiting; return whether the lock is held from now on."""
-    try:
-        fcntl.flock(file, (fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH) | fcntl.LOCK_NB)
-    except BlockingIOError:
-        return False
-    except OSError:  # this disk has no locks
-        return True
-    return True
 
 
 def _lock_within(file: int, longest_s: float, every_s: float) -> bool:
@@ -120,17 +109,3 @@ def merge_lock(folder: Path, again: str) -> Iterator[None]:
         yield
     finally:
         os.close(opened)
-
-
-def holder_of(place: Path) -> int | None:
-    """The process that holds a lock on a file or folder; None if unknown, as on systems other than Linux."""
-    try:
-        state = place.stat()
-        table = Path("/proc/locks").read_text(encoding="ascii").splitlines()
-    except (OSError, UnicodeDecodeError):
-        return None
-    named = f"{os.major(state.st_dev):02x}:{os.minor(state.st_dev):02x}:{state.st_ino}"
-    processes = (
-        line.split()[4] for line in table if line.split()[1:2] == ["FLOCK"] and named in line.split()
-    )
-    return next((int(pid) for pid in processes if pid.isdecimal() and int(pid) > 0), None)

@@ -97,10 +97,11 @@ def results_beside(dive: Path) -> dict[str, Path]:
 
 
 def short_name(folder: Path) -> str:
-    """`hovering` of `2026-11-20T0912Z-hovering`; the whole name if a folder is named in another way."""
+    """`hovering` of `2026-11-20T0912Z-hovering`; the whole name if a folder is named in another way, or has no name but
+    the number that keeps dives of one minute apart."""
     name = folder.resolve().name
     date, mark, title = name.partition("Z-")
-    return title if mark and title and date[:4].isdecimal() else name
+    return title if mark and title and date[:4].isdecimal() and not title.isdecimal() else name
 
 
 def letters(relative_std: dict[str, float] | None, kind: str) -> str:

@@ -126,7 +126,7 @@ class RecordedThere:
         note = partial(
             self._folder.add_event, unix_s if holding is None else holding.own_unix_s(unix_s), words
         )
-        for act in (note, partial(orders.next_dive, clock, time.sleep)):
+        for act in (note, partial(orders.next_dive, clock, time.sleep, soon=True)):
             try:
                 act()
             except SeatrialError as error:

@@ -26,7 +26,7 @@ from bridge.ardusub.steering import TICK_S, Steering
 from bridge.arrays import NAN3
 from bridge.attitude import quaternion_of_angles
 from bridge.errors import ConfigError
-from bridge.firmware.ardusub import ARDUSUB, MANUAL
+from bridge.firmware.ardusub import ARDUSUB, FRAME, MANUAL
 from bridge.firmware.description import AUTOPILOT
 from bridge.firmware.rates import Rates
 from bridge.flight.flight import State
@@ -62,7 +62,12 @@ ANOTHER: Final = "another companion speaks as this one: end one of the two"
 ANOTHER_S: Final = 3.0
 LISTENS_S: Final = 1.5
 """For so long from its start, and from the autopilot's first heartbeat, a companion listens for another, which beats
-once a second, before it sends anything to the autopilot."""
+once a second, before it asks the autopilot for anything."""
+KNOCKS_AS: Final = dialect.MAV_COMP_ID_ONBOARD_COMPUTER4
+KNOCK_EVERY_S: Final = 0.3
+"""While it listens it asks, as another component, for a parameter: the autopilot passes the heartbeats of another
+companion on to those links alone on which it has heard somebody, and to none from which that very component speaks
+(MAVLink_routing.cpp)."""
 APPLET: Final = (
     "the applet in the autopilot adds one too: end this companion, or take the applet out without it"
 )
@@ -92,6 +97,7 @@ class Companion:
         self._has_imu = vehicle.sensors.imu is not None
         thrusters = len(vehicle.configurations[configuration].thrusters)
         self.heard = Heard(system)
+        self.knocks_as = system, KNOCKS_AS
         self.rates = Rates(system, ARDUSUB, (system, COMPONENT))
         self.settings = Settings(system, AUTOPILOT, thrusters, vehicle.sensors.dvl is not None)
         self.handover = Handover(system, AUTOPILOT, ground.system, store, aside)
@@ -114,7 +120,7 @@ class Companion:
         self._another_s, self._strange_beats = -math.inf, 0
         self._advised: set[str] = set()
         self._told, self._told_again_s = "", math.inf
-        self._asked_s = -math.inf
+        self._asked_s = self._knock_s = -math.inf
         parameters.unproven = self.unproven
 
     @property
@@ -129,7 +135,7 @@ class Companion:
     def beats(self, now_s: float) -> bool:
         """Whether to send a HEARTBEAT: not while it stands back; where it holds the sticks and does not fly only while
         the ground beats."""
-        if self._stands_back(now_s):
+        if self.stands_back(now_s):
             return False
         heard = now_s - self._ground_s <= GROUND_WITHIN_S
         return not self.handover.forwards or self.steering.active or heard
@@ -244,7 +250,7 @@ class Companion:
             self._first_s = now_s
         if math.isnan(self._there_s) and self.heard.is_there(now_s):
             self._there_s = now_s
-        if not self.heard.is_there(now_s) or self._stands_back(now_s):
+        if not self.heard.is_there(now_s) or self.stands_back(now_s):
             self._tell_trouble(now_s)
             return []
         if self.settings.complete and not self.settings.obstacle and self.settings.wiring != self._wiring:
@@ -264,11 +270,23 @@ class Companion:
             *self.handover.step(wanted, now_s, asked=asked),
         ]
 
-    def _stands_back(self, now_s: float) -> bool:
+    def knock(self, now_s: float) -> list[Any]:
+        """The question to send from the address `knocks_as` now, so that another companion can be heard."""
+        if now_s < self._knock_s or not (self.heard.is_there(now_s) and self.stands_back(now_s)):
+            return []
+        self._knock_s = now_s + KNOCK_EVERY_S
+        return [dialect.MAVLink_param_request_read_message(self.heard.system, AUTOPILOT, FRAME.encode(), -1)]
+
+    def stands_back(self, now_s: float) -> bool:
         """Whether it has just been started and listens for another companion, or hears one: what that holds is taken
-        for what a companion that died has left, and put back, before the second heartbeat of either."""
-        listens = any(now_s - since_s < LISTENS_S for since_s in (self._first_s, self._there_s))
-        return self.handover.starting and (listens or bool(self._another(now_s)))
+        for what a companion that died has left, and put back, before the second heartbeat of either. It says nothing
+        from its own address meanwhile, or the autopilot would pass on none of the other's heartbeats."""
+        return self.listens(now_s) or (self.handover.starting and bool(self._another(now_s)))
+
+    def listens(self, now_s: float) -> bool:
+        """Whether it has just been started, or just heard the autopilot, and has heard no other companion yet."""
+        listens = not now_s - self._first_s >= LISTENS_S or now_s - self._there_s < LISTENS_S
+        return self.handover.starting and listens and not self._another(now_s)
 
     def leave(self) -> bool:
         """Give the sticks back from now on; True once that is proven."""
@@ -281,7 +299,7 @@ class Companion:
 
     def take_dvl(self, sample: DvlSample, navigation: Navigation, now_s: float) -> list[Any]:
         """Return the message to the autopilot of a DVL's reading."""
-        sends = self.heard.is_there(now_s) and not self._stands_back(now_s)
+        sends = self.heard.is_there(now_s) and not self.stands_back(now_s)
         return self._deltas.take(sample, navigation) if sends else []
 
     def take_samples(self) -> list[ImuSample | PressureSample]:
@@ -309,10 +327,12 @@ class Companion:
         if answer.get_type() == "AUTOPILOT_VERSION":
             self.settings.on_version(answer.flight_sw_version)
             return
-        starting = self.handover.starting
-        self.handover.on_value(answer.param_id, answer.param_value, now_s)
-        if starting and self.handover.value == self.heard.system:
-            self._left_behind_s = now_s
+        # What another companion asked for says nothing of who is there now.
+        if not self.stands_back(now_s):
+            starting = self.handover.starting
+            self.handover.on_value(answer.param_id, answer.param_value, now_s)
+            if starting and self.handover.value == self.heard.system:
+                self._left_behind_s = now_s
         self.settings.on_value(answer.param_id, answer.param_value)
         self._texts += [advice for advice in self.settings.advice if advice not in self._advised]
         self._advised = {*self.settings.advice}

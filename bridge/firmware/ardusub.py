@@ -134,8 +134,8 @@ def _hints(values: Mapping[str, float]) -> tuple[str, ...]:
     system = values.get("SYSID_THISMAV", 1.0)
     if values.get(PILOT) == system:
         said.append(
-            f"{PILOT} is {system:g}, the vehicle's own system, at the log's end: a companion held the sticks. Where "
-            "none runs any more no ground station's sticks are taken: start it again, which puts it back, or set "
+            f"{PILOT} is {system:g}, the vehicle's own system: a companion held the sticks. Where none runs any more "
+            "no ground station's sticks are taken: start it again, which puts it back, or set "
             f"{PILOT} to the ground station's own, usually 255."
         )
     said += [

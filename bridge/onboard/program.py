@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from bridge.onboard.ring import RingKeeper
     from bridge.onboard.service import Bridge
     from bridge.signing.link import Trouble
-    from bridge.vehicle.config import Vehicle
+    from bridge.vehicle.config import Vehicle, VehicleFile
 
 OPTIONS: Final = "--vehicle ruvifist:hovering --link serial:/dev/ttyS0:921600"
 MEGABYTE: Final = 1_000_000
@@ -123,13 +123,9 @@ def ground(text: str) -> "Ground":
 
 
 def run(arguments: argparse.Namespace) -> int:
-    from concurrent.futures import ThreadPoolExecutor
-
-    from bridge.clock import SystemClock
-    from bridge.onboard.orders import Ground
-    from bridge.onboard.parameters import parameters_of
-    from bridge.onboard.ports import run_ports
-    from bridge.onboard.service import Bridge
+    """Run with these options, alone with its parameters: a second bridge would overwrite those of the first, and a
+    second companion take its sticks. Raises UsageError beside another."""
+    from bridge.locks import held_alone, holder_of
     from bridge.vehicle.config import load_vehicle
 
     if arguments.parameters:
@@ -140,6 +136,29 @@ def run(arguments: argparse.Namespace) -> int:
         from bridge.ardusub.companion import companion_file
 
         file = companion_file(file)
+    vehicle = file.vehicle
+    store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
+    lock = store.with_name(f"{store.name}.lock")
+    with held_alone(lock) as is_alone:
+        if is_alone:
+            return _run(arguments, file, store)
+        process = holder_of(lock)
+    other = f"another bridge (process {process})" if process else "another bridge"
+    raise exit_codes.UsageError(
+        f"{store}: {other} keeps its parameters there: end that one, or give this one, for another vehicle, "
+        "--parameters of its own"
+    )
+
+
+def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int:
+    from concurrent.futures import ThreadPoolExecutor
+
+    from bridge.clock import SystemClock
+    from bridge.onboard.orders import Ground
+    from bridge.onboard.parameters import parameters_of
+    from bridge.onboard.ports import run_ports
+    from bridge.onboard.service import Bridge
+
     vehicle = file.vehicle
     if arguments.ardusub and arguments.ground and arguments.ground.system == vehicle.system_id:
         raise exit_codes.UsageError(
@@ -158,7 +177,6 @@ def run(arguments: argparse.Namespace) -> int:
     station = arguments.ground or Ground()
     opener = secured.Opener(arguments.sign_key, clock, refused, listed=secured.later)
     links = [lasting(spec, clock, opener.open) for spec in arguments.link]
-    store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
     aside = ThreadPoolExecutor(1, "store")
     parameters = parameters_of(file, store, aside)
     if parameters.trouble:

@@ -122,6 +122,7 @@ class Bridge:
         # The ring's stamps run on the boot clock: setting the date in mid-dive can't turn them back.
         self._unix_at_boot_s = clock.unix_s() - clock.boot_s()
         self._encoder = Encoder(parameters.system, parameters.component)
+        self._knocker = self._encoder if companion is None else Encoder(*companion.knocks_as)
         self._devices = vehicle.sensors.present()
         self._navigator = Navigator(vehicle)
         self._imu_mean, self._fog_mean = ImuMean(IMU_HZ), FogMean(FOG_HZ)
@@ -130,6 +131,8 @@ class Bridge:
         self._veh_cfg = vehicle.veh_cfg(next(iter(vehicle.configurations))) if veh_cfg is None else veh_cfg
         self._attitude: ImuSample | None = None
         self._queue: list[bytes] = []
+        self._aside: list[bytes] = []
+        self._unsaid: list[tuple[str, int]] = []
         self._beat_due_s = clock.boot_s()
         self._text_number = 0
         thrusters = max(len(shape.thrusters) for shape in vehicle.configurations.values())
@@ -225,8 +228,16 @@ class Bridge:
             self._send(reading)
         return reference
 
+    @property
+    def _stands_back(self) -> bool:
+        """Whether to say nothing from the own address, from which another companion may speak."""
+        return self._companion is not None and self._companion.stands_back(self._clock.boot_s())
+
     def say(self, text: str, severity: int = dialect.MAV_SEVERITY_WARNING) -> None:
         """Send the crew a text (STATUSTEXT)."""
+        if self._stands_back:
+            self._unsaid.append((text, severity))
+            return
         self._text_number = self._text_number % 65535 + 1
         for message in status_texts(text, severity, self._text_number):
             self._queue.append(self._encoder.encode(message))
@@ -343,6 +354,8 @@ class Bridge:
             self._to_autopilot(self._companion.hear(number, frame, now_s, lambda: self.navigation))
             if frame.message_id not in _UNKEPT:
                 self._overheard.append(frame.raw)
+        if self._stands_back:
+            return
         if self.flights is not None and frame.message_id in HEARD:
             word = decode(frame) if self._gate.ground.gives(frame.system, frame.component) else None
             if word is not None and getattr(word, "target", own_address[0]) == own_address[0]:
@@ -366,6 +379,7 @@ class Bridge:
 
     def _accompany(self, companion: "Companion", now_s: float) -> None:
         """The companion's part of a step: its messages and texts, and the autopilot's motion."""
+        self._aside += [self._knocker.encode(question) for question in companion.knock(now_s)]
         self._to_autopilot(companion.step(now_s))
         self.armed = companion.armed
         for sample in companion.take_samples():
@@ -415,20 +429,37 @@ class Bridge:
         return self._parameters.handle(message, self.armed)
 
     def _flush(self) -> None:
+        self._say_unsaid()
+        aside, self._aside = self._aside, []
         queue, self._queue = self._queue, []
         overheard, self._overheard = self._overheard, []
         withheld, self._withheld = self._withheld, []
         if self._ring is not None:
             now_s = self._clock.boot_s()
             self._ring.put(
-                round((self._unix_at_boot_s + now_s) * 1e6), now_s, [*overheard, *withheld, *queue]
+                round((self._unix_at_boot_s + now_s) * 1e6), now_s, [*overheard, *withheld, *aside, *queue]
             )
-        self._sides.write_all(queue)
-        if self._companion is not None and self._companion.link >= 0:
-            # ArduSub fuses an ODOMETRY in these frames as a velocity north and east, and bends its heading to it.
-            self._sides.write_all(withheld, but=self._companion.link)
-        self._send_files()
+        self._sides.write_all(aside)
+        if not self._stands_back:
+            self._sides.write_all(queue)
+            if self._companion is not None and self._companion.link >= 0:
+                # ArduSub fuses an ODOMETRY in these frames as a velocity north and east, and bends its heading to it.
+                self._sides.write_all(withheld, but=self._companion.link)
+            self._send_files()
         self._sides.end_step(self._clock.boot_s())
+
+    def _say_unsaid(self) -> None:
+        """Say what waited while it listened for another companion; beside one, from the address that it knocks as."""
+        if self._companion is None or self._companion.listens(self._clock.boot_s()):
+            return
+        unsaid, self._unsaid = self._unsaid, []
+        for text, severity in unsaid:
+            if not self._stands_back:
+                self.say(text, severity)
+                continue
+            self._text_number = self._text_number % 65535 + 1
+            texts = status_texts(text, severity, self._text_number)
+            self._aside += [self._knocker.encode(message) for message in texts]
 
     def _send_files(self) -> None:
         """Send FTP answers only to the link that asked, never into the ring, which would fill with itself."""

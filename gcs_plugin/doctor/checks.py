@@ -8,6 +8,7 @@ from statistics import median
 from typing import Any, Final
 
 from bridge.errors import SeatrialError
+from bridge.firmware.table import FIRMWARES
 from bridge.vehicle.config import GRAVITY_M_S2, Vehicle
 from gcs_plugin.doctor.observe import Observed
 from gcs_plugin.peers import CROWDED, heartbeat_read, of_commanders
@@ -245,13 +246,15 @@ def check_gravity(observed: Observed) -> Finding | None:
     return ok("gravity", f"IMU: {size:.2f} m/s2 downwards, {tilt_deg:.0f} deg off level")
 
 
-def check_parameters(read_all: Callable[[], dict[str, float]]) -> Finding:
-    """Whether the vehicle's parameters can be read; `read_all` raises SeatrialError if not."""
+def check_parameters(read_all: Callable[[], dict[str, float]]) -> list[Finding]:
+    """Whether the vehicle's parameters can be read, and which of an autopilot's leave it without sticks or a fail-safe;
+    `read_all` raises SeatrialError if not."""
     try:
         values = read_all()
     except SeatrialError as error:
-        return fail("parameters", str(error))
-    return ok("parameters", f"{len(values)} parameters read")
+        return [fail("parameters", str(error))]
+    hints = [hint for firmware in FIRMWARES if firmware.frame in values for hint in firmware.hints(values)]
+    return [ok("parameters", f"{len(values)} parameters read"), *(warn("parameters", hint) for hint in hints)]
 
 
 def dry_findings(

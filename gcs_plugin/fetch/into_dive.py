@@ -14,12 +14,13 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import LogError, NotOfThisDive
+from bridge.locks import holder_of
 from bridge.wire.framing import Frame, decode
 from bridge.wire.whole_recording import WHOLE, with_unmerged_frames
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import Whole, made_whole, write_records
 from gcs_plugin.fetch.requests import Listing
-from gcs_plugin.locks import LOOK_EVERY_S, holder_of, is_being_written
+from gcs_plugin.locks import LOOK_EVERY_S, is_being_written
 from gcs_plugin.recording.state import Holding, held, held_second, hung
 
 MARGIN_MS: Final = 10_000

@@ -16,9 +16,9 @@ from typing import BinaryIO, Final
 
 from bridge.errors import LogError
 from bridge.files import PART, is_own_file, open_own, remedy
+from bridge.locks import try_lock
 from bridge.wire.ftp import crc32
 from bridge.wire.tlog import MOST_BYTES, STAMP_BYTES, next_record
-from gcs_plugin.locks import try_lock
 
 Stretch = tuple[int, int]
 """Offset and length in bytes."""

@@ -6,6 +6,7 @@ parameters that tell how late they are, are asked for here, since it sends each 
 The ground's heartbeat comes from the loop that watches the flight: where that hangs, the vehicle goes back by itself.
 """
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Final, Protocol
 
@@ -28,6 +29,8 @@ from gcs_plugin.watch.channels import StatusTexts
 
 FIND_S: Final = 5.0
 STEP_S: Final = 0.05
+BEATS_WITHIN_S: Final = 2.5
+"""An autopilot that is there was heard this lately: it beats once a second."""
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _ACK: Final[int] = dialect.MAVLINK_MSG_ID_COMMAND_ACK
 _VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
@@ -106,6 +109,7 @@ class Crew:
         self._session: FlightSession | None = None
         self._rates: Rates | None = None
         self._questions: Questions | None = None
+        self._autopilot_s = -math.inf
         self.veh_cfg: float | None = None
 
     @property
@@ -164,6 +168,12 @@ class Crew:
         """Two vehicles share the address, and both would obey; "" for one alone."""
         return self._peers.fault(self.session.vehicle[0])
 
+    @property
+    def deserted(self) -> bool:
+        """Whether the companion that flies is not heard any more, and the autopilot beside it is."""
+        now_s = self.clock.boot_s()
+        return self.session.silent(now_s) and now_s - self._autopilot_s <= BEATS_WITHIN_S
+
     def step(self) -> None:
         """Record, hear, and send all that is due."""
         self._step()
@@ -189,7 +199,10 @@ class Crew:
     def _meet(self, frame: Frame, vehicle: Source) -> None:
         """The autopilot beside a companion is known by its first heartbeat."""
         beats = frame.message_id == _HEARTBEAT and (frame.system, frame.component) == (vehicle[0], AUTOPILOT)
-        if not beats or self._rates is not None or vehicle[1] not in COMPANIONS:
+        if not beats or vehicle[1] not in COMPANIONS:
+            return
+        self._autopilot_s = self.clock.boot_s()
+        if self._rates is not None:
             return
         if (firmware := heartbeat_of(frame, 0.0).firmware) is not None:
             self._rates = Rates(vehicle[0], firmware, GROUND_STATION)

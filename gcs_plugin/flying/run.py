@@ -12,6 +12,8 @@ from gcs_plugin.flying.crew import Crew
 from gcs_plugin.flying.plan import FlightPlan, Piece
 
 UNHEARD_S: Final = 60.0
+DESERTED_S: Final = 15.0
+"""A companion that is silent beside its beating autopilot for so long is dead, and not on a link that loses much."""
 """A vehicle unheard for so long after its own limits have ended the flight is given up."""
 
 Widths = Mapping[str, float]
@@ -152,6 +154,12 @@ class PlanFlight:
         if session.idle and session.state is State.GOING:
             self._piece_over()
         if session.over:
+            self._end(now_s)
+        elif now_s - max(session.heard_s, self._begun_s) > DESERTED_S and self._crew.deserted:
+            session.fail(
+                "the companion is not heard any more, and the autopilot is, which disarms by itself: start the "
+                "companion again"
+            )
             self._end(now_s)
         elif now_s - max(session.heard_s, self._begun_s) > UNHEARD_S + self._limits.link_s:
             session.fail("the vehicle is not heard any more; by its limits it goes back by itself")

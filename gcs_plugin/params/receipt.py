@@ -20,8 +20,8 @@ from typing import Any, BinaryIO, Final
 from bridge.clock import utc_text
 from bridge.errors import ParamRejected
 from bridge.files import open_own, read_small, sync_folder
+from bridge.locks import try_lock
 from bridge.plain import from_json, to_json
-from gcs_plugin.locks import try_lock
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import replace_text, unwritten, write_parameters
 from gcs_plugin.params.plan import Plan, Verdict, acting_text, unit_of

@@ -28,14 +28,17 @@ class Order(Enum):
     END = "end"
 
 
-def next_dive(clock: Clock, wait: Callable[[float], None]) -> tuple[Path, Path]:
+def next_dive(clock: Clock, wait: Callable[[float], None], *, soon: bool = False) -> tuple[Path, Path]:
     """Order the running recording to go on in a new dive folder; return the old folder and the new.
 
-    Raises LinkError if no recording runs, if it hangs, has ended or stays in the old folder, or if the dive has only
-    just begun; LogError if the order can't be written.
+    `soon`: a dive that has only just begun is waited for. Raises LinkError if no recording runs, if it hangs, has ended
+    or stays in the old folder, or if the dive has only just begun; LogError if the order can't be written.
     """
     holding = _running(clock)
-    if holding.lasted_s(clock.unix_s()) < LEAST_DIVE_S:
+    lacks_s = LEAST_DIVE_S - holding.lasted_s(clock.unix_s())
+    if soon and 0.0 < lacks_s <= LEAST_DIVE_S:
+        wait(lacks_s)
+    elif lacks_s > 0.0:
         raise LinkError(f"{holding.folder}: this dive has only just begun; ask again in {LEAST_DIVE_S:.0f} s")
     now = _obeyed(Order.NEXT, holding, clock, wait, lambda now: now.folder != holding.folder)
     if now is None:

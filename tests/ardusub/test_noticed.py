@@ -14,9 +14,10 @@ from soak import rows_rest_in_soak
 
 from bridge import exit_codes
 from bridge.ardusub.companion import ANOTHER, APPLET, NO_ARDUSUB
+from bridge.links.link import memory_pair
 from bridge.onboard import program
 from bridge.vehicle.mode import Mode
-from bridge.wire.framing import Encoder
+from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.feedforward.switch import Switch
 
 WAIT_S = 25.0
@@ -304,6 +305,42 @@ def test_a_second_companion_started_by_mistake_takes_nothing_from_the_first(tmp_
     assert not any("not read yet" in words for words in pilot.words())
     aboard.alive = False
     assert fake.until(lambda: fake.parameters["SYSID_MYGCS"] == 255, WAIT_S, second, pilot), "it is gone"
+
+
+def test_a_second_companion_on_a_link_of_its_own_hears_the_first_through_the_autopilot(autopilot):
+    ground, far = memory_pair()
+    pilot = Pilot(SimpleNamespace(clock=autopilot.clock, ground=ground))
+    first = Aboard(autopilot, Mode.BOTH, more_links=[far])
+    assert autopilot.until(lambda: taken(first), 60.0, first, pilot)
+    second = Aboard(SimpleNamespace(clock=autopilot.clock, aboard=autopilot.ground), Mode.BOTH)
+    autopilot.run(12.0, first, pilot, second)
+    assert second.companion.trouble(autopilot.clock.boot_s()) == f"no feed-forward: {ANOTHER}"
+    assert taken(first)
+
+
+def test_what_a_companion_has_to_say_while_it_listens_for_another_comes_from_its_own_address_after_that():
+    fake, aboard, pilot = afloat({})
+    aboard.bridge.say("leak")
+    fake.run(4.0, aboard, pilot)
+    assert [m.get_srcComponent() for m in pilot.of("STATUSTEXT") if m.text == "leak"] == [191]
+
+
+def test_a_second_companion_that_overhears_who_holds_the_sticks_neither_steers_nor_disarms(tmp_path):
+    fake, first, pilot = afloat({}, store=tmp_path / "first")
+    assert fake.until(lambda: taken(first), WAIT_S, first, pilot)
+    pilot.flies = False
+    link, sent = fake.another_link(), []
+    write = link.write
+    link.write = lambda data: (sent.append(data), write(data))
+    second = Aboard(SimpleNamespace(clock=fake.clock, aboard=link), store=tmp_path / "second")
+
+    def answers_to_the_first():
+        fake.send(dialect.MAVLink_param_value_message(b"SYSID_MYGCS", 1.0, 4, 1, 0))
+
+    fake.run(8.0, first, second, pilot, answers_to_the_first)
+    assert taken(first)
+    said = {(frame.component, decode(frame).get_type()) for frame in Framer().feed(b"".join(sent))}
+    assert said == {(194, "PARAM_REQUEST_READ"), (194, "STATUSTEXT")}, "nothing from the first's own address"
 
 
 def test_a_program_that_took_the_sticks_keeps_them_though_an_applet_beat_meanwhile():

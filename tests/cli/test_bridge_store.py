@@ -5,6 +5,7 @@ import socket
 import threading
 
 from fakes.ports import free_port
+from fakes.processes import Running
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from test_bridge_ring import VEHICLE
 
@@ -39,3 +40,28 @@ def test_the_loop_waits_for_no_disk_where_the_mode_is_set(tmp_path, monkeypatch)
         ground.join()
     assert [stored.mode for stored in load(store).values()] == [1.0]
     assert threads == {"store_0"}
+
+
+def test_a_second_bridge_that_would_overwrite_the_parameters_of_the_first_does_not_start(tmp_path, capsys):
+    ways = (
+        "bridge",
+        "--vehicle",
+        VEHICLE,
+        "--link",
+        "udpout:127.0.0.1:9",
+        "--parameters",
+        str(tmp_path / "p.json"),
+    )
+    first = Running(*ways)
+    try:
+        first.until("Ctrl-C ends it")
+        assert cli.main([*ways, "--seconds", "1"]) == exit_codes.BAD_INPUT
+        said = " ".join(capsys.readouterr().err.split())
+        assert (
+            f"another bridge (process {first.process.pid}) keeps its parameters there: end that one" in said
+        )
+    finally:
+        first.kill()
+    assert cli.main([*ways, "--seconds", "1"]) in (exit_codes.DONE, exit_codes.LINK), (
+        "a killed one locks nobody out"
+    )

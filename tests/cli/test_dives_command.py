@@ -309,6 +309,9 @@ def test_names_are_what_follows_the_date():
     assert short_name(Path("2026-11-20T0912Z-hovering-off")) == "hovering-off"
     assert short_name(Path("lake-42")) == "lake-42"
     assert short_name(Path("2026-11-20T0912Z")) == "2026-11-20T0912Z"
+    assert short_name(Path("2026-11-20T0912Z-2")) == "2026-11-20T0912Z-2", (
+        "the second nameless dive of that minute"
+    )
     assert Glance().relative_std is None
 
 

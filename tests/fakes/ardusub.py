@@ -164,7 +164,9 @@ class Ardusub:
             (address, link) for address, link in self.routes
             if (system in (0, address[0])) and (component in (0, address[1])) and link != number
         ]  # fmt: skip
-        for link in {link for _, link in routes}:
+        # A heartbeat goes to every link on which somebody was heard, but to none from which the same component speaks.
+        same = {link for address, link in self.routes if address == source}
+        for link in {link for _, link in routes} - (same if message.get_type() == "HEARTBEAT" else set()):
             self.ends[link].write(frame.raw)
         known = any(address == (system, component) for address, _ in self.routes)
         strangers = self.quirks.executes_for_strangers and system == 1 and not known

@@ -18,14 +18,14 @@ from ideal import LIMITS
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge import reports
-from bridge.clock import utc_text
+from bridge.clock import SimulatedClock, utc_text
 from bridge.errors import ConfigError, LinkError, LinkLost, LogError
 from bridge.flight.flight import End, State
-from bridge.links.link import Link, Wrapper
+from bridge.links.link import Link, Wrapper, memory_pair
 from bridge.onboard.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
-from bridge.wire.framing import Encoder
+from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
 from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
@@ -33,6 +33,7 @@ from gcs_plugin.dives.folder import DiveFolder, new_folder
 from gcs_plugin.dives.recordings import length_s
 from gcs_plugin.feedforward.off_orders import OffMarks
 from gcs_plugin.flying import run
+from gcs_plugin.flying.crew import Crew
 from gcs_plugin.flying.plan import cut, flight_plan, load_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, known_so_far
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
@@ -234,6 +235,42 @@ def test_a_ground_that_hears_nothing_any_more_gives_up_and_says_where_the_vehicl
     )
 
 
+class Beside:
+    """A companion that flies, and its autopilot, as they are heard; the companion dies when told to."""
+
+    def __init__(self):
+        self.clock, self.alive, self.sent = SimulatedClock(), True, []
+        self._companion, self._autopilot = Encoder(1, 191), Encoder(1, 1)
+
+    def hear(self):
+        self.clock.advance_to(self.clock.boot_s() + 0.5)
+        beat = dialect.MAVLink_heartbeat_message(12, dialect.MAV_AUTOPILOT_ARDUPILOTMEGA, 128, 19, 4, 3)
+        said = [self._autopilot.encode(beat)]
+        if self.alive:
+            flying = Reading("flight", self.clock.boot_s(), (4.0, 0.0, 1.0, 5.0, 0.0, 0.0))
+            said.append(self._companion.frame(*encode(flying)))
+        return Framer().feed(b"".join(said))
+
+    def send(self, raw):
+        self.sent.append(raw)
+
+
+def test_a_companion_that_died_beside_its_autopilot_is_told_and_not_that_it_goes_back():
+    ear = Beside()
+    crew = Crew(ear, memory_pair()[0], ear.clock, print)
+    crew.find(1)
+    plan = flight_plan("test", 0.4, [YAW])
+    flight = PlanFlight(crew, plan, LIMITS, Wanted(plan.coefficients, 0.03), Scripted({}))
+    for _ in range(100):
+        flight.step()
+    assert not flight.over
+    ear.alive, died_s = False, ear.clock.boot_s()
+    while not flight.over and ear.clock.boot_s() < died_s + 60.0:
+        flight.step()
+    assert flight.outcome.words.startswith("the companion is not heard any more, and the autopilot is")
+    assert ear.clock.boot_s() - died_s == pytest.approx(15.0, abs=1.0)
+
+
 def test_a_flight_that_is_recorded_here_is_put_on_the_disk_while_it_lasts(tmp_path):
     """As any recording: a loss of power takes no more than its last half second."""
     water, synced = Water(tmp_path, {}), threading.Event()
@@ -282,7 +319,7 @@ def test_how_a_flight_went_stands_among_the_stamps_of_its_dive_though_the_clock_
     clock, day_s = vehicle.clock, 86_400.0
     began_s = clock.unix_s()
     write_holding(telling(folder=str(tmp_path), written_unix_s=began_s + day_s, set_by_s=day_s))
-    monkeypatch.setattr(orders, "next_dive", lambda *_: (tmp_path, tmp_path))
+    monkeypatch.setattr(orders, "next_dive", lambda *_, **_soon: (tmp_path, tmp_path))
     there = RecordedThere(vehicle, FILE, "hovering", clock, print)
     there.begin()
     crew, recorder, folder = recorded_crew(vehicle, FILE, "hovering", tmp_path, clock, print)
@@ -489,7 +526,7 @@ class OfRecording(Link):
     def close(self):
         self.asked = []
 
-    def go_on(self, clock, _wait):
+    def go_on(self, clock, _wait, **_soon):
         self.folders.append(new_folder(self.root, clock.unix_s(), "dive"))
         self.recorder.go_on(self.folders[-1].open_telemetry, lambda _: None)
         self.read(0.0)

@@ -14,13 +14,14 @@ from merged_dives import all_frames, fetcher_of, heard_by
 
 from bridge import exit_codes
 from bridge.errors import LogError
+from bridge.locks import holder_of
 from bridge.wire.framing import Encoder
 from bridge.wire.redaction import FILE_TRANSFER
 from bridge.wire.whole_recording import WHOLE, unmerged_words, with_unmerged_frames
 from gcs_plugin import locks
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import write_records
-from gcs_plugin.locks import LockedTlogWriter, holder_of, is_being_written, merge_lock
+from gcs_plugin.locks import LockedTlogWriter, is_being_written, merge_lock
 from gcs_plugin.peers import ground_heartbeat
 from gcs_plugin.recording.state import release, write_holding
 from tui import cli

@@ -15,8 +15,10 @@ from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.checks import (
     Level,
     check_disk,
+    check_parameters,
     dry_findings,
     findings_against_wet,
+    ok,
     reported_veh_cfg,
 )
 from gcs_plugin.doctor.observe import observe
@@ -331,3 +333,14 @@ def test_two_vehicles_with_one_id_fail_and_forbid_the_wet_check(talker):
 @pytest.mark.parametrize(("free", "level"), [(10**7, Level.FAIL), (10**8, Level.WARN), (10**10, Level.OK)])
 def test_the_disk_is_judged_by_what_a_dive_needs(free, level):
     assert check_disk(free, "/dives").level is level
+
+
+def test_the_settings_that_leave_an_autopilot_alone_without_sticks_or_a_fail_safe_are_warned_of():
+    read = {"FRAME_CONFIG": 1.0, "SYSID_THISMAV": 1.0, "SYSID_MYGCS": 1.0, "FS_GCS_ENABLE": 0.0}
+    first, *found = check_parameters(lambda: read)
+    assert first == ok("parameters", "4 parameters read")
+    assert [(finding.level, finding.sentence.split(" is ")[0]) for finding in found] == [
+        (Level.WARN, "SYSID_MYGCS"),
+        (Level.WARN, "FS_GCS_ENABLE"),
+    ]
+    assert check_parameters(lambda: read | {"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0}) == [first]

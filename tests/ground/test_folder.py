@@ -194,7 +194,7 @@ def test_where_a_folder_can_t_be_locked_or_its_holder_hangs_a_note_is_written_al
     def unable(*_):
         raise OSError(95, "Operation not supported")
 
-    monkeypatch.setattr("gcs_plugin.locks.fcntl.flock", unable)
+    monkeypatch.setattr("bridge.locks.fcntl.flock", unable)
     folder.note("no locks")
     assert folder.about().notes == "no locks"
 

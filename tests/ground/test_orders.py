@@ -54,6 +54,15 @@ def test_the_next_dive_is_asked_for_once_and_both_folders_are_told():
     assert [path.name for path in state_file().parent.iterdir()] == ["recording.json"]
 
 
+def test_a_flight_that_was_refused_at_once_is_followed_by_a_dive_of_its_own_as_soon_as_may_be():
+    recording = Recording(began_s=LONG_S - 3.0)
+    assert orders.next_dive(recording.clock, recording.wait, soon=True) == (
+        Path("/dives/a"),
+        Path("/dives/b"),
+    )
+    assert recording.clock.boot_s() == pytest.approx(LONG_S + 2.0, abs=0.2)
+
+
 def test_an_end_is_waited_for_and_the_folder_told():
     recording = Recording()
     assert orders.end(recording.clock, recording.wait) == Path("/dives/a")

@@ -255,7 +255,7 @@ def test_where_files_can_t_be_locked_everybody_has_the_turn(tmp_path, monkeypatc
     def unable(*_):
         raise OSError(95, "Operation not supported")
 
-    monkeypatch.setattr("gcs_plugin.locks.fcntl.flock", unable)
+    monkeypatch.setattr("bridge.locks.fcntl.flock", unable)
     with closing(Turn(tmp_path, 1)), closing(Turn(tmp_path, 1)):
         assert begun(tmp_path, 1).number == 1
 

@@ -77,7 +77,7 @@ def test_where_files_can_t_be_locked_a_dive_is_fetched_all_the_same(tmp_path, mo
     def unable(*_):
         raise OSError(errno.ENOLCK, "No locks available")
 
-    monkeypatch.setattr("gcs_plugin.locks.fcntl.flock", unable)
+    monkeypatch.setattr("bridge.locks.fcntl.flock", unable)
     dive = heard(tmp_path)
     assert said(dive) == ""
     is_fetched_whole(tmp_path, dive)

@@ -76,9 +76,9 @@ def dry(
     """Listen to the link; return the findings on vehicle, clock, sensors and parameters, and the observations."""
     with show.words().status(f"listening for {arguments.seconds:g} s"):
         observed = observe(link, clock, arguments.seconds)
-        parameter_findings = []
+        parameter_findings: list[Finding] = []
         if observed.arrivals:
-            parameter_findings.append(check_parameters(ParameterClient(link, clock).read_all))
+            parameter_findings = check_parameters(ParameterClient(link, clock).read_all)
     place = existing(Path(arguments.out))
     vehicle, named = (None, None) if file is None else (file.vehicle, file.configuration)
     free_bytes = shutil.disk_usage(place).free
