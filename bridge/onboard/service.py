@@ -215,7 +215,7 @@ class Bridge:
             doubt, obstacle = self._companion.control_doubt(now_s), self._companion.obstacle(now_s)
             self._companion.tell_lost_sticks(doubt)
         reference = self.flights.step(
-            self.navigation, armed=self.armed, now_s=now_s, in_hand=not doubt, fit=not obstacle
+            self.navigation, armed=self.armed, now_s=now_s, in_command=not doubt, autopilot_ready=not obstacle
         )
         if flight.disarms:
             flight.disarms = False
