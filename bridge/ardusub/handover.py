@@ -22,7 +22,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.files import read_small, to_disk, whole
 from bridge.firmware.ardusub import PILOT
-from bridge.onboard.parameters import AtOnce
+from bridge.onboard.parameters import InlineExecutor
 
 AGAIN_S: Final = 0.5
 QUIET_S: Final = 0.3
@@ -60,7 +60,7 @@ class Handover:
         self.value = math.nan
         self._before = self._remembered()
         self.starting = True
-        self._aside = aside or AtOnce()
+        self._aside = aside or InlineExecutor()
         self._keeping: Future[None] | None = None
         self._barred = False
         self._due_s = -math.inf

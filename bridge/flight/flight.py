@@ -102,7 +102,7 @@ LACKING: Final = {
     End.HEADING: "no attitude: see why the IMU, or the autopilot in its place, is silent",
     End.NO_DEPTH: "no depth: see why the depth sensor, or the autopilot in its place, is silent",
 }
-"""Why no flight can begin without it, and what to do."""
+"""Why no flight can begin without it, and the remedy."""
 BLIND: Final = tuple(LACKING)
 """Without one of these the way back can't be steered, so the vehicle holds where it is."""
 

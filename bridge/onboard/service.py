@@ -56,7 +56,7 @@ from bridge.wire.status_codes import status_texts
 
 if TYPE_CHECKING:
     from bridge.ardusub.companion import Companion
-    from bridge.onboard.file_server import FileServer, ServedAside
+    from bridge.onboard.file_server import FileServer, ThreadedFileServer
     from bridge.onboard.ring import RingKeeper
 
 BEAT_S: Final = 1.0
@@ -101,7 +101,7 @@ class Bridge:
         veh_cfg: int | None = None,
         ground: Ground = Ground(),  # noqa: B008 (frozen)
         ring: "RingKeeper | None" = None,
-        files: "FileServer | ServedAside | None" = None,
+        files: "FileServer | ThreadedFileServer | None" = None,
         companion: "Companion | None" = None,
     ) -> None:
         self.counts: Counter[str] = Counter()

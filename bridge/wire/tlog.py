@@ -191,7 +191,7 @@ def load_recording(path: Path) -> tuple[bytes, bool]:
     return data, whole
 
 
-def of_those_that_hold_frames(paths: Sequence[Path], read: Callable[[Path], T]) -> Iterator[T]:
+def each_nonempty(paths: Sequence[Path], read: Callable[[Path], T]) -> Iterator[T]:
     """Yield `read(path)` for each file of one recording, skipping files that hold no frame.
 
     A killed recorder or a full disk leaves such files next to good ones. Raises the errors of `read`, and

@@ -18,7 +18,7 @@ from bridge.wire.framing import Encoder, Framer
 from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, decode
 from bridge.wire.segments import Segment
 from gcs_plugin.fetch.mirror import Mirror, Stretch
-from gcs_plugin.fetch.requests import MOST_AT_ONCE, MOST_SEGMENTS, Listed, Listing, Requests
+from gcs_plugin.fetch.requests import MOST_AT_ONCE, MOST_SEGMENTS, Listing, Requests, SegmentListing
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 
 MOST_TRIES: Final = 3
@@ -120,7 +120,7 @@ class Fetching:
 
     def _list(self) -> Steps[Listing | None]:
         """The vehicle's list; None with `fault` if it has none, or one without end."""
-        listed = Listed()
+        listed = SegmentListing()
         while True:
             self._requests.ask("list", Packet(0, 0, Op.LIST, 1, offset=listed.index, data=b"/"))
             answer = yield

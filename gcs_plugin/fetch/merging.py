@@ -23,7 +23,7 @@ from bridge.files import PART, replacing, size_to_read
 from bridge.wire.clock_line import ClockLine
 from bridge.wire.framing import Frame, message_id_at
 from bridge.wire.segments import segment_named
-from bridge.wire.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
+from bridge.wire.tlog import GZIP, TlogReader, each_nonempty, load_recording, read_tlog, record_of
 from gcs_plugin.fetch.clock_alignment import STEP_US, Anchor, Kept, put_on
 from gcs_plugin.fetch.merge_order import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before
@@ -130,7 +130,7 @@ def made_whole(
     """
     aboard = RingFrames(ring)
     kept = _once(aboard)
-    heard = [record for records in of_those_that_hold_frames(ground, _forward) for record in records]
+    heard = [record for records in each_nonempty(ground, _forward) for record in records]
     places: dict[bytes, list[int]] = defaultdict(list)
     for place, frame_aboard in enumerate(kept):
         places[frame_aboard.raw].append(place)

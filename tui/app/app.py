@@ -18,7 +18,7 @@ from bridge.errors import ConfigError, SeatrialError
 from bridge.vehicle.config import shipped_vehicles
 from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.params.last_accepted import reminder, unfinished
+from gcs_plugin.params.unfinished import reminder, unfinished
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Kind
 from tui.app import themes
@@ -33,8 +33,8 @@ from tui.app.recordings import TELL_S
 from tui.app.screens.fly import FLY, flight_of
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
+from tui.app.screens.parameters_transfer import WRITE
 from tui.app.screens.table import OPENING, SCREENS, ActionPalette, ActionProvider, Row, tabs
-from tui.app.screens.transfer import WRITE
 from tui.app.terminal import AnsweringDriver, RefreshRate, keep_trace
 from tui.app.view import View, Views, aged
 

@@ -17,7 +17,7 @@ from bridge.links import secured
 from bridge.links.link import Link
 from bridge.text import say_warning
 from bridge.vehicle.config import load_vehicle
-from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import each_nonempty, read_tlog
 from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
 from gcs_plugin.fetch.fetching import Fetching, fetch
@@ -229,7 +229,7 @@ class Fetcher:
 
 def heard_in(folder: DiveFolder) -> list[Boot]:
     """The boots in a dive's recording. Raises LogError if it states none."""
-    frames = (f for records in of_those_that_hold_frames(folder.heard(), read_tlog) for _, f in records)
+    frames = (f for records in each_nonempty(folder.heard(), read_tlog) for _, f in records)
     boots = boots_in(frames)
     if not boots:
         raise LogError(

@@ -12,7 +12,7 @@ from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.errors import LogError, SeatrialError
 from bridge.files import replacing
-from bridge.wire.tlog import SUFFIXES, load_recording, of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import SUFFIXES, each_nonempty, load_recording, read_tlog
 from bridge.wire.whole_recording import GROUNDS, WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
@@ -143,7 +143,7 @@ def _busiest(recordings: list[Path]) -> tuple[int, int]:
     """System and component of the vehicle that sent most frames."""
     counts = Counter(
         (frame.system, frame.component)
-        for records in of_those_that_hold_frames(recordings, read_tlog)
+        for records in each_nonempty(recordings, read_tlog)
         for _, frame in records
         if frame.system < GROUNDS
     )

@@ -17,7 +17,7 @@ from tui.app.screens import parameters_table
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
 from tui.app.screens.parameters_in_file import in_file
-from tui.app.screens.transfer import READ, Transfer
+from tui.app.screens.parameters_transfer import READ, ParameterTransfer
 from tui.app.view import View
 
 
@@ -59,8 +59,8 @@ class ParametersScreen(StationScreen):
     _offered: object = None
 
     @cached_property
-    def _transfer(self) -> Transfer:
-        return Transfer(self.desk)
+    def _transfer(self) -> ParameterTransfer:
+        return ParameterTransfer(self.desk)
 
     @property
     def _picture(self) -> Picture | None:

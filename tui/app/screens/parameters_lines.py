@@ -7,7 +7,7 @@ from typing import Any, Final
 from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.comparison import Compared, Comparison
-from gcs_plugin.params.plan import NOT_SET
+from gcs_plugin.params.meaning import NOT_SET
 from gcs_plugin.params.upload import Stage
 from tui.app.drawing import Lines, ago, lines_of, titled, wrapped
 from tui.app.jobs import JobState, progress

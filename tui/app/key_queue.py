@@ -26,7 +26,7 @@ class KeyBehind(Message):
         self.turn = turn
 
 
-class KeysInTurn(App[None]):
+class KeyQueue(App[None]):
     """App that gives its screens a key at a time; those of the bindings in `AT_ONCE` do not wait."""
 
     AT_ONCE: ClassVar[frozenset[str]] = frozenset()
