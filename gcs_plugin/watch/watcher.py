@@ -28,8 +28,9 @@ from gcs_plugin.watch.channels import FROM_ANYONE, TELLING, Channel, StatusTexts
 from gcs_plugin.watch.link_rows import LinkRows
 from gcs_plugin.watch.past_gap import PastGap
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
-from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
+from gcs_plugin.watch.thruster_rows import thruster_names, thruster_rows
+from gcs_plugin.watch.traces import Traces
 
 TEXTS_KEPT: Final = 20
 TWICE_WITHIN_S: Final = 1.0
@@ -96,7 +97,7 @@ class Watcher:
         self._beats_counted: dict[int, tuple[int, float]] = {}
         self._channels = {sensor.signal: Channel(sensor.says) for sensor in SENSORS}
         self._channels |= {signal: Channel(always) for signal in _OTHERS}
-        self._quantities = Quantities(self._vehicle, self._channels)
+        self._traces = Traces(self._vehicle, self._channels)
         self._recent: dict[tuple[Source, int], tuple[bytes, float]] = {}
         self._vehicle_unix_s = math.nan
         self._said: deque[Said] = deque(maxlen=TEXTS_KEPT)
@@ -154,7 +155,7 @@ class Watcher:
                     self._past_gap.hear(reading)
             for signal, rank, values in heard(frame, reading):
                 if self._channels[signal].take((rank, frame.component), values, arrived_s):
-                    self._quantities.take(signal, values, arrived_s)
+                    self._traces.take(signal, values, arrived_s)
         if number == _SYSTEM_TIME:
             self._date(arrived_s)
         if from_vehicle:
@@ -170,7 +171,7 @@ class Watcher:
         self._go_on_from_past()
         commander = self._commander()
         beat = _SILENT_BEAT if commander is None else self._system_beats[commander]
-        channels, quantities = self._channels, self._quantities
+        channels, traces = self._channels, self._traces
         configuration = self._configuration()
         mode = _whole(channels["ff_mode"].values)
         if beat.armed or mode in (Mode.OFF, Mode.SHADOW):
@@ -189,10 +190,10 @@ class Watcher:
                 self._vehicle,
                 now_s,
                 hz,
-                quantities.locked_share(now_s),
+                traces.locked_share(now_s),
                 now_s - self._first_s,
             ),
-            traces=quantities.traces(now_s, hz),
+            traces=traces.now(now_s, hz),
             thrusters=thruster_rows(
                 channels["pwm"], channels["rpm"], self._thruster_names(configuration), now_s, hz
             ),
@@ -366,7 +367,7 @@ class Watcher:
         if self._vehicle is None:
             return ()
         shapes = self._vehicle.configurations
-        return names_of(shapes[configuration or next(iter(shapes))])
+        return thruster_names(shapes[configuration or next(iter(shapes))])
 
 
 def _armed(beat: Heartbeat) -> Armed:
