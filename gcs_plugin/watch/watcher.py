@@ -205,7 +205,7 @@ class Watcher:
             configuration=configuration,
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
-            stranger=self._stranger(),
+            wrong_file=self._wrong_file(),
             gap=self._live_gap.gap,
             lacks=self._live_gap.lacks,
             hidden=self._hidden(beat),
@@ -353,7 +353,7 @@ class Watcher:
             "nothing is sent here; seatrial record hears it, and watch by way of that"
         )
 
-    def _stranger(self) -> str:
+    def _wrong_file(self) -> str:
         """Why the vehicle file is not this vehicle's, "" for no reason: a configuration that it does not have."""
         veh_cfg, vehicle = _whole(self._channels["veh_cfg"].values), self._vehicle
         if veh_cfg is None or vehicle is None or veh_cfg in vehicle.by_veh_cfg:
