@@ -30,7 +30,7 @@ from gcs_plugin.fetch.into_dive import (
     segments_of_newest_boot,
 )
 from gcs_plugin.fetch.merge_order import Hole
-from gcs_plugin.fetch.merging import made_whole, newest_frames, write_records
+from gcs_plugin.fetch.merging import merge_recordings, newest_frames, write_records
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.locks import merge_lock
@@ -134,7 +134,8 @@ def dive_of(arguments: argparse.Namespace, clock: Clock) -> DiveFolder:
 class Fetched:
     """Result of a fetch: the recording, its frames, and how many of them only the vehicle had.
 
-    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; OF_WHOLE as in `Whole`.
+    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; OF_WHOLE as in
+    `MergedRecording`.
     """
 
     path: Path
@@ -194,7 +195,7 @@ class Fetcher:
             self._fetch(fetching, source)
             ring = _paths(mirror, fetching.chosen)
             with merge_lock(folder.path, AGAIN):
-                made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
+                made = remade(folder, source, lambda ground: merge_recordings(ground, ring, source), AGAIN)
             path = folder.path / WHOLE
         of_whole = {name: getattr(made, name) for name in OF_WHOLE}
         return Fetched(path, len(made.records), made.missing, fetching.fetched, made.damaged, **of_whole)
