@@ -107,7 +107,7 @@ class Fetching:
             self._newest = listing[-1][0]
         self._held = sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
         # The missing bytes, plus the size of all segments for the recording that is made from them.
-        self._mirror.need(2 * self.total_bytes - self._held)
+        self._mirror.require_space(2 * self.total_bytes - self._held)
         for segment, size in self.chosen:
             self._segment, self._size = segment, size
             try:
@@ -224,7 +224,7 @@ class Fetching:
             answer = yield from self._ask("compare", Packet(0, self._session, Op.READ, size, offset=at))
             data = answer.packet.data
             answered = answer.fault is None and answer.packet.offset == at and len(data) == size
-            if answered and data == self._mirror.piece(name, at, size):
+            if answered and data == self._mirror.read(name, at, size):
                 self._doubted[-1:] = [(at + size, left - size)] if left > size else []
                 self._nearer()
             elif answered or answer.fault is Fault.END:

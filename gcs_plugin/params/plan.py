@@ -226,7 +226,7 @@ def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
     now = present.get(name)
     try:
         # Adding zero turns -0 into the 0 that every vehicle stores.
-        value = float32.given(target) + 0.0
+        value = float32.from_user(target) + 0.0
     except ValueError as error:
         return Row(name, now, target, Verdict.REFUSED, str(error))
     if name in READ_ONLY:

@@ -189,7 +189,7 @@ class Fetcher:
         refuse_recorded(folder, self.clock.unix_s(), AGAIN)
         boots = heard_in(folder)
         mirror = Mirror(folder.path.resolve().parent / MIRROR)
-        with mirror.alone():
+        with mirror.locked():
             fetching = Fetching(mirror, lambda listing: segments_of_dive(listing, boots), self.clock.boot_s())
             source = boots[-1].source
             self._fetch(fetching, source)
@@ -207,7 +207,7 @@ class Fetcher:
         mirror = Mirror(root / MIRROR)
         most_ms = None if minutes is None else round(minutes * 60_000)
         choose = partial(segments_of_newest_boot, most_ms=most_ms)
-        with mirror.alone():
+        with mirror.locked():
             fetching = Fetching(mirror, choose, self.clock.boot_s())
             self._fetch(fetching, vehicle)
         ring = _paths(mirror, fetching.chosen)
