@@ -42,10 +42,11 @@ SETTLING_S: Final = 0.5
 however long it is silent."""
 
 PASSED_S: Final = 10.0
-"""A vehicle with fewer heartbeats, and none for this long, has passed by if another vehicle sends heartbeats."""
+"""A vehicle with fewer heartbeats than SETTLED_BEATS and none for this long only passed by: if another vehicle sends
+heartbeats, that one is watched."""
 
 SILENT_S: Final = 3.0
-"""Between two heartbeats, of a vehicle that was switched off and on, or dives anew."""
+"""A longer time between two heartbeats means that the vehicle was switched off and on, or begins another dive."""
 
 HAS_DATE_UNIX_S: Final = 1e9
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
@@ -63,11 +64,16 @@ _OTHERS: Final = (
 class Watcher:
     """Feed it every frame, of all links and both directions; ask it for a picture as often as needed.
 
-    `system` is the vehicle to watch; by default the vehicle of the file, otherwise the first that sends heartbeats,
-    unless it only passes by. `unix_at_zero_s` is Unix time minus the time of `feed`; without it, texts are dated by
-    the vehicle's clock. `peers` are all senders heard. `settings` are those of the alarms; `accepted(system)` returns
-    the parameters last uploaded, by id: the model in force as long as the vehicle itself states no others.
-    `recorded` returns the recordings of the dive so far, if it is recorded.
+    vehicle: the vehicle file, None if there is none.
+    system: the vehicle to watch; by default that of the file, otherwise the first that sends heartbeats, unless it
+        only passes by.
+    unix_at_zero_s: Unix time minus the time of `feed`; without it, texts are dated by the vehicle's clock.
+    settings: those of the alarms.
+    accepted: returns the parameters last uploaded to a system, by id: the model in force as long as the vehicle itself
+        states no others.
+    recorded: returns the recordings of the dive so far, none if it is not recorded.
+
+    `peers` are all senders heard.
     """
 
     def __init__(
@@ -116,7 +122,7 @@ class Watcher:
         return LiveGap(self._file, {} if system is None else self._accepted(system))
 
     def _look_back(self, system: int | None) -> None:
-        """Begin to read what the dive was before it is watched."""
+        """Begin to read the recording of the dive up to now, for the gap monitor."""
         self.close()
         if system is not None and self._file is not None and (recordings := self._recorded()):
             self._past_gap = PastGap(self._new_gap(system), system, recordings)
@@ -128,7 +134,7 @@ class Watcher:
             self._past_gap = None
 
     def _go_on_from_past(self) -> None:
-        """Once all that was is known, go on from there."""
+        """Once that recording is read, go on from its state."""
         if self._past_gap is not None and self._past_gap.ready:
             self._live_gap, self._past_gap = self._past_gap.up_to_now(), None
             for name, value in self._stated.items():

@@ -138,7 +138,7 @@ def test_a_raise_gives_up_within_three_seconds_of_an_off_and_says_so(off_after_s
 
 
 def test_a_raise_sees_an_off_of_another_computer_by_what_the_vehicle_says(monkeypatch):
-    monkeypatch.setattr(OffOrders, "given", lambda *_: False)
+    monkeypatch.setattr(OffOrders, "has_ordered_off", lambda *_: False)
     craft, raising, _ = fight(5, 0.6)
     assert (craft.server.mode, raising.switch.done) == (0, False)
     assert raising.switch.refusal == (
@@ -149,7 +149,7 @@ def test_a_raise_sees_an_off_of_another_computer_by_what_the_vehicle_says(monkey
 
 
 def test_a_raise_from_shadow_gives_up_where_the_vehicle_is_off_before_it_is_sent(monkeypatch):
-    monkeypatch.setattr(OffOrders, "given", lambda *_: False)
+    monkeypatch.setattr(OffOrders, "has_ordered_off", lambda *_: False)
     clock = SimulatedClock()
     craft = Craft(clock, mode=0.0)
     switch, framer = Switch(Mode.BOTH, 1, was=1.0), Framer()
