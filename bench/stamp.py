@@ -9,7 +9,7 @@ from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("bench", "bridge", "gcs_plugin", "identify", "tui")
+PACKAGES = ("bench", "bridge", "gcs_plugin", "identify", "tui")
 KEEPING = ("bench/remembered.py", "bench/stamp.py", "bench/words.py")
 """What keeps results and writes them down makes no figure: a change there discards none."""
 
@@ -19,8 +19,8 @@ _BY_NAME = re.compile(r'"((?:bench|identify)(?:\.\w+)+)"')
 
 @dataclass(frozen=True)
 class Reached:
-    """The files or folders of `modules` and all files of ROOMS that they import, directly or not; of these those whose
-    path from the repository's root `belongs`.
+    """The files or folders of `modules` and all files of PACKAGES that they import, directly or not; of these those
+    whose path from the repository's root `belongs`.
 
     Looked for where a stamp is taken and not where the source is named: every file on the way is parsed. So an import
     inside a function counts too. A package's own `__init__` is left out.
@@ -95,7 +95,7 @@ def _imported(file: Path) -> list[Path]:
             names |= {alias.name for alias in node.names}
         elif isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module, *(f"{node.module}.{alias.name}" for alias in node.names)}
-    paths = {name.replace(".", "/") + ".py" for name in names if name.split(".")[0] in ROOMS} - {*KEEPING}
+    paths = {name.replace(".", "/") + ".py" for name in names if name.split(".")[0] in PACKAGES} - {*KEEPING}
     return [ROOT / path for path in paths if (ROOT / path).is_file()]
 
 

@@ -1,4 +1,4 @@
-"""Reports of a program as lines of JSON, typed on both sides, for the program that started it and reads along."""
+"""Progress reports of a verb, one JSON object a line, for the program that started it; typed on both sides."""
 
 import json
 from collections.abc import Mapping
@@ -50,7 +50,7 @@ class Written:
 class Report:
     """Progress of a verb, as a line for the program that started it.
 
-    of: the part of its work. share: done of it, 0 to 1. words: the present activity.
+    of: the part of the work. share: how much of that part is done, 0 to 1. words: the present activity.
     stage: code of the stage of an upload, or name of an error. values: parameters as far as they are fitted, by name;
     answered: these are the final ones. written: the parameter that was just written. result: plain data, with UNKEPT.
     """

@@ -7,21 +7,21 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
+PACKAGES = ("bridge", "gcs_plugin", "identify", "tui")
 MAP = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 
 
-def row(room):
+def row(package):
     """The line of the map that a package has."""
-    (line,) = [line for line in MAP.splitlines() if line.startswith(f"| `{room}`")]
+    (line,) = [line for line in MAP.splitlines() if line.startswith(f"| `{package}`")]
     return line
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_every_folder_of_a_package_is_on_the_map_and_every_folder_on_it_is_there(room):
-    folders = {path.parent.name for path in (ROOT / room).glob("*/__init__.py")}
-    named = set(re.findall(r"`([a-z_]+)`", row(room))) - {room}
-    nested = {path.parent.name for path in (ROOT / room).glob("*/*/__init__.py")}
+@pytest.mark.parametrize("package", PACKAGES)
+def test_every_folder_of_a_package_is_on_the_map_and_every_folder_on_it_is_there(package):
+    folders = {path.parent.name for path in (ROOT / package).glob("*/__init__.py")}
+    named = set(re.findall(r"`([a-z_]+)`", row(package))) - {package}
+    nested = {path.parent.name for path in (ROOT / package).glob("*/*/__init__.py")}
     assert folders <= named
     assert named <= folders | nested
 
@@ -31,7 +31,9 @@ INITS = sorted(
 )
 PAGES = sorted([*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "howto").glob("*.md")])
 FILES = {
-    path.name for room in (*ROOMS, "bench", "bundle", "docs", "tests") for path in (ROOT / room).rglob("*.py")
+    path.name
+    for package in (*PACKAGES, "bench", "bundle", "docs", "tests")
+    for path in (ROOT / package).rglob("*.py")
 }
 
 
@@ -58,16 +60,16 @@ def files_missing(text):
 
 def test_every_module_that_a_folder_names_is_there():
     for init in INITS:
-        text, room = docstring(init), init.relative_to(ROOT).parts[0]
+        text, package = docstring(init), init.relative_to(ROOT).parts[0]
         names = re.findall(r"`([a-z_0-9]+)`", text)
         assert [name for name in names if name not in modules(init.parent)] == [], init
-        dotted = re.findall(rf"`((?:{'|'.join(ROOMS)}|{room})(?:\.[a-z_0-9]+)+)`", text)
+        dotted = re.findall(rf"`((?:{'|'.join(PACKAGES)}|{package})(?:\.[a-z_0-9]+)+)`", text)
         assert [name for name in dotted if not is_module(name)] == [], init
         assert files_missing(text) == [], init
 
 
 def test_every_module_of_a_folder_is_named():
-    for init in (init for init in INITS if init.relative_to(ROOT).parts[0] in ROOMS):
+    for init in (init for init in INITS if init.relative_to(ROOT).parts[0] in PACKAGES):
         if init.parent.name == "commands":  # a module for each verb
             continue
         named = set(re.findall(r"`([a-z_0-9]+)`", docstring(init)))

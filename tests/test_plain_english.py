@@ -5,7 +5,7 @@ from collections import Counter
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
+PACKAGES = ("bridge", "gcs_plugin", "identify", "tui")
 
 MOST = {
     "what": 1.2,
@@ -22,8 +22,8 @@ aiohttp come to."""
 
 
 def words():
-    for room in ROOMS:
-        for path in (ROOT / room).rglob("*.py"):
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
             for node in statements(ast.parse(path.read_text(encoding="utf-8"))):
                 if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
                     yield from str(node.value.value).lower().replace("`", " ").split()

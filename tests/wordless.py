@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).resolve().parents[1]
-ROOMS = ("bridge", "gcs_plugin", "identify", "tui")
+PACKAGES = ("bridge", "gcs_plugin", "identify", "tui")
 TRIED = {"quadratic_drag", "weak_thruster", "dead_zone", "steady_current", "dvl_delay", "battery_sag"}
 """Effects of each kind: of the hull, thrusters, water, sensors and supply."""
 SENTENCE = re.compile(r"[A-Za-z,;:)] +[A-Za-z(]*[a-z]{2,}|[a-z]{2,} [A-Za-z(]")
@@ -79,7 +79,7 @@ class Finder(importlib.machinery.PathFinder):
 
     @classmethod
     def find_spec(cls, fullname: str, path: Any = None, target: Any = None) -> Any:
-        spec = super().find_spec(fullname, path, target) if fullname.partition(".")[0] in ROOMS else None
+        spec = super().find_spec(fullname, path, target) if fullname.partition(".")[0] in PACKAGES else None
         if spec is not None and isinstance(spec.loader, importlib.machinery.SourceFileLoader):
             spec.loader = Loader(spec.loader.name, spec.loader.path)
         return spec

@@ -14,7 +14,7 @@ from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
 from bridge.version import installed
 from gcs_plugin.params import float32
 from gcs_plugin.params.identified import doubt_lines, origin
-from gcs_plugin.params.last_accepted import in_force
+from gcs_plugin.params.last_accepted import model_in_force
 from gcs_plugin.params.sidecar import Interval, Sidecar, write_with_sidecar
 from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
@@ -205,7 +205,7 @@ def in_force_before(receipts: Path, dive: Dive, file: VehicleFile, configuration
     """The model with accepted effects that was in force when a dive began; an empty one without, or for a dive that
     does not tell when that was."""
     begun = began_for_receipts(dive)
-    model = in_force(receipts, file.vehicle.name, configuration, begun) if begun else None
+    model = model_in_force(receipts, file.vehicle.name, configuration, begun) if begun else None
     if model is None or not model.sidecar.effects:
         return Before()
     shape = file.vehicle.configurations[configuration]

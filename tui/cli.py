@@ -21,7 +21,7 @@ from tui import BEGAN_UNIX_S
 from tui.options import Options
 from tui.verbs import VERBS
 
-ROOMS = ("bench", "bridge", "configs", "gcs_plugin", "identify", "tui")
+PACKAGES = ("bench", "bridge", "configs", "gcs_plugin", "identify", "tui")
 STOPPED = "stopped before it was done"
 
 
@@ -45,7 +45,7 @@ def main(argv: Sequence[str] | None = None, began_unix_s: float = math.inf) -> i
     except SeatrialError as error:
         return _complain(str(error), exit_codes.of(error), type(error).__name__)
     except ModuleNotFoundError as error:
-        if (error.name or "").partition(".")[0] in ROOMS:
+        if (error.name or "").partition(".")[0] in PACKAGES:
             raise
         return _complain(f"{error.name} is not installed: this is the bridge alone; install the ground station "
                          "too, as seatrial[ground], or by install.sh", exit_codes.BAD_INPUT)  # fmt: skip

@@ -12,7 +12,7 @@ from bridge.plain import from_json, is_number
 from bridge.schema import why_unread
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.meaning import coefficient_of
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar
 from identify.doubt import Outcome
 from identify.validation.against_forecast import Foretelling

@@ -7,7 +7,7 @@ from bridge.errors import ParamError
 from bridge.text import typed
 from bridge.vehicle.config import VehicleFile
 from gcs_plugin.params.files import SUFFIXES
-from gcs_plugin.params.last_accepted import ever_accepted, in_force
+from gcs_plugin.params.last_accepted import ever_accepted, model_in_force
 from gcs_plugin.params.sidecar import Sidecar, read_sidecar, sidecar_path
 from identify.diagnose.words.causes import effects_words
 from identify.dive import Dive
@@ -21,7 +21,7 @@ def unsent(receipts: Path, dive: Dive, file: VehicleFile, configuration: str) ->
 
     Looked for in this folder, and where the app leaves it beside this dive and its neighbours.
     """
-    flown_with = in_force(receipts, file.vehicle.name, configuration, began_for_receipts(dive))
+    flown_with = model_in_force(receipts, file.vehicle.name, configuration, began_for_receipts(dive))
     if flown_with is not None and flown_with.sidecar.effects:
         return None
     sent = {model.dive_sha256 for model in ever_accepted(receipts) if model.effects}

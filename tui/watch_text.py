@@ -128,7 +128,7 @@ def trouble(picture: Picture) -> list[str]:
         (row for row in picture.sensors if row.condition not in (Condition.OK, Condition.AWAITED)),
         key=lambda row: POOR.index(row.condition) if row.condition in POOR else len(POOR),
     )
-    return [*filter(None, (picture.twins, picture.stranger)), *(f"{row.name}: {row.words}" for row in rows)]
+    return [*filter(None, (picture.twins, picture.wrong_file)), *(f"{row.name}: {row.words}" for row in rows)]
 
 
 def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
@@ -197,7 +197,7 @@ def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[s
             (
                 fault,
                 picture.twins,
-                picture.stranger,
+                picture.wrong_file,
                 lacks,
                 "" if holding else picture.hidden,
                 unset_words(picture),

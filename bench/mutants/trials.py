@@ -16,9 +16,9 @@ from pathlib import Path
 from bench.mutants.changes import Mutant
 from bench.mutants.nearest import nearest_tests, reaching
 from bench.remembered import ONE_THREAD, Data, Remembered
-from bench.stamp import ROOMS, stamp
+from bench.stamp import PACKAGES, stamp
 
-PRODUCT = (*ROOMS, "configs/*/*.yaml")
+PRODUCT = (*PACKAGES, "configs/*/*.yaml")
 ENOUGH_S = 60.0
 """No further test is begun for a mutant once those it had take so long without it."""
 

@@ -2,13 +2,13 @@
 
     FREE -> TAKING -> HELD -> LEAVING -> FREE
 
-While it holds 1, the vehicle's own system, the pilot's sticks reach the companion alone, which sends them on. Where
-the companion dies the autopilot hears nobody any more and disarms by itself (`FS_GCS_ENABLE`). A value counts only as
+While SYSID_MYGCS is the vehicle's own system, the pilot's sticks reach the companion alone, which sends them on. If
+the companion dies, the autopilot hears nobody any more and disarms by itself (`FS_GCS_ENABLE`). A value counts only as
 read back by a separate read; an echo proves nothing, and ArduSub merges the echoes of several writes.
 
-The value before is kept in a file before anything is written, so that a companion that died puts it back when it
-starts again. If another program writes SYSID_MYGCS, its word stands: the sticks are not taken again until the
-feed-forward was off once.
+The earlier value is stored in a file before anything is written, so that a companion that died can put it back when it
+starts again. If another program writes SYSID_MYGCS, its value stays: the companion takes the sticks again only after
+the feed-forward has been off once.
 """
 
 import math
@@ -22,7 +22,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.files import read_small, to_disk, whole
 from bridge.firmware.ardusub import PILOT
-from bridge.onboard.parameters import AtOnce
+from bridge.onboard.parameters import InlineExecutor
 
 AGAIN_S: Final = 0.5
 QUIET_S: Final = 0.3
@@ -60,7 +60,7 @@ class Handover:
         self.value = math.nan
         self._before = self._remembered()
         self.starting = True
-        self._aside = aside or AtOnce()
+        self._aside = aside or InlineExecutor()
         self._keeping: Future[None] | None = None
         self._barred = False
         self._due_s = -math.inf

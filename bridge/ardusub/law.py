@@ -1,11 +1,11 @@
 """The feed-forward of a vehicle that a pilot flies by ArduSub's sticks.
 
-A stick asks for the velocity at which the vehicle's own drag balances its thrust: so a steady stick means the same
-with the feed-forward and without it. The reference follows that velocity with a smooth rise, the feed-forward gives
-the force of the reference (`bridge.vehicle.feedforward`), and the difference to the stick's own force is added to the
-stick. In mode BOTH a velocity from the DVL is held around the reference too.
+A stick asks for the velocity at which the vehicle's drag balances the stick's thrust, so a steady stick means the same
+with and without the feed-forward. The reference velocity follows it, critically damped. The feed-forward computes the
+force that the reference needs (`bridge.vehicle.feedforward`); that force less the stick's own is added to the stick.
+In mode BOTH a controller also holds the DVL's velocity at the reference.
 
-Whatever is in doubt ends with nothing added, which leaves the pilot's sticks as they are.
+In any doubt nothing is added, and the pilot's sticks pass unchanged.
 """
 
 import math
@@ -40,13 +40,14 @@ from bridge.vehicle.references import ZERO6, Reference, Six, Trail
 from bridge.vehicle.thrusters import Allocator, thrust_curve
 
 REFERENCE_RAD_S: Final = 3.0
-"""Pace of the reference: half of a stick's velocity after 0.56 s, nine tenths after 1.3 s."""
+"""Natural frequency of the reference: it has half of a stick's velocity after 0.56 s, nine tenths after 1.3 s."""
 FULL_STICK: Final = 1000.0
 MOST_ADDED: Final = 600.0
 """In units of a stick."""
 ADDED_PER_S: Final = SLOPE_PER_S * FULL_STICK
 FASTEST: Final = 3.0
-"""m/s and rad/s: with a drag that is far too small, a touch of the stick would ask for any speed."""
+"""Bound of the velocity asked for, m/s and rad/s: with a model whose drag is far too small, a touch of the stick would
+ask for any speed."""
 HELD_S: Final = 0.02
 """Half the time for which a stick is held, at the 25 Hz of a ground station's joystick."""
 DOUBT: Final = "a doubt"
@@ -135,11 +136,11 @@ class StickLaw:
         return tuple(self._nu)
 
     def off(self) -> None:
-        """Add nothing from now on, as when the sticks have gone."""
+        """Add nothing from now on: the sticks are no longer received."""
         self._restart()
 
     def disarmed(self) -> None:
-        """The vehicle is disarmed, whether sticks come or not: what it showed in shadow before counts no more."""
+        """The vehicle is disarmed, whether sticks come or not: its record in shadow begins anew."""
         self._model.shadow.begin_anew(DOUBT)
 
     def unproven(self) -> str:

@@ -13,22 +13,25 @@ from dataclasses import dataclass
 from enum import IntEnum
 from typing import Final
 
-from bridge.flight.course import Course, Pose, moved, tilt_rad
 from bridge.flight.limits import FlightLimits
+from bridge.flight.pose import Pose, dead_reckoned, tilt_rad
+from bridge.flight.transit import HEAVE_M_S, Transit
 from bridge.text import beyond
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.navigation import Navigation, known_at
 from bridge.vehicle.references import ZERO6, Reference
 
 CONFIRM_S: Final = 0.25
-"""A limit must be exceeded for so long: a single bad reading ends nothing."""
+"""A limit ends the flight once it has been exceeded for so long, so that a single bad reading does not."""
 UNKNOWN_S: Final = 2.0
 """Altitude or voltage, where they are limited, may be unknown for so long."""
 SETTLE_S: Final = 2.0
+"""A transit is over once the vehicle has been at its target for so long."""
 UNASKED_S: Final = 60.0
-"""It waits on its station for the next order for so long, then goes back: another ground may beat for a dead one."""
-LATE_SHARE, LATE_S = 3.0, 30.0
-"""A way may take so many times as long as it should, and so long more."""
+"""So long it waits on station for the next order, then it returns. The link alone does not tell that the ground station
+which flies it has died: the heartbeats that still come may be another's."""
+LATE_TIMES, LATE_S = 3.0, 30.0
+"""A transit may take this many times its planned time, and this much longer."""
 COUNTDOWN_S: Final = (3.0, 60.0)
 
 
@@ -99,31 +102,31 @@ LACKING: Final = {
     End.HEADING: "no attitude: see why the IMU, or the autopilot in its place, is silent",
     End.NO_DEPTH: "no depth: see why the depth sensor, or the autopilot in its place, is silent",
 }
-"""What is lacking at the start of a flight, with the way out."""
+"""Why no flight can begin without it, and the remedy."""
 BLIND: Final = tuple(LACKING)
-"""Without these no way back can be steered."""
+"""Without one of these the way back can't be steered, so the vehicle holds where it is."""
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
-    """The state of vehicle, ground and sticks at a tick.
+class FlightInputs:
+    """All that a flight goes by at one tick: the vehicle, the ground station and the pilot's sticks.
 
-    `ground_s`: when the ground was last heard; `touched`: the pilot moves a stick; `in_hand`: the thrusters obey the
-    flight; `fit`: a flight could begin here as far as the autopilot goes, with its fail-safes set and nobody else who
-    steers. Both are always so where no autopilot stands between.
+    `ground_heard_s`: when the ground station was last heard. `sticks_moved`: the pilot moves a stick. `in_command`: the
+    thrusters obey the flight. `autopilot_ready`: the autopilot would let a flight begin now: its failsafes are set and
+    nobody else steers. Without an autopilot in between the last two are always true.
     """
 
     time_s: float
     navigation: Navigation
     armed: bool
-    ground_s: float
-    touched: bool = False
-    in_hand: bool = True
-    fit: bool = True
+    ground_heard_s: float
+    sticks_moved: bool = False
+    in_command: bool = True
+    autopilot_ready: bool = True
 
 
 class Flight:
-    """The flights of a vehicle, one after the other. `sways`: whether its thrusters push it sideways."""
+    """The flights of a vehicle, one after the other. `sways`: whether its thrusters can push it sideways."""
 
     def __init__(self, *, sways: bool) -> None:
         self.state, self.end = State.IDLE, End.NONE
@@ -133,7 +136,7 @@ class Flight:
         self._limits: FlightLimits | None = None
         self._time_s = self._begun_s = self._until_s = self._since_s = 0.0
         self._began = self._station = self.pose
-        self._course: Course | None = None
+        self._transit: Transit | None = None
         self._mission: Mission | None = None
         self._held: Reference | None = None
         self._exceeded: dict[End, float] = {}
@@ -145,7 +148,7 @@ class Flight:
         ends = (State.COUNTDOWN, State.FLYING, State.HOLDING)
         return max(0.0, self._until_s - self._time_s) if self.state in ends else 0.0
 
-    def begin(self, limits: FlightLimits, depth_m: float, countdown_s: float, seen: Seen) -> str:
+    def begin(self, limits: FlightLimits, depth_m: float, countdown_s: float, inputs: FlightInputs) -> str:
         """Begin a flight whose manoeuvres start at `depth_m`; return why not, "" if it begins."""
         if self.state is not State.IDLE:
             return "a flight is under way"
@@ -153,9 +156,9 @@ class Flight:
             return f"a countdown takes {COUNTDOWN_S[0]:.0f} to {COUNTDOWN_S[1]:.0f} s"
         if not limits.shallowest_m <= depth_m <= limits.deepest_m:
             return "plan's depth is outside the limits"
-        if seen.touched:
+        if inputs.sticks_moved:
             return "sticks are not at rest"
-        navigation = known_at(seen.navigation, seen.time_s)
+        navigation = known_at(inputs.navigation, inputs.time_s)
         if blind := _blind(navigation):
             return LACKING[blind]
         altitude, battery = navigation.altitude_m, navigation.voltage_v
@@ -167,23 +170,23 @@ class Flight:
         self._began = self.pose = Pose(0.0, 0.0, navigation.depth_m, navigation.heading_rad)
         self._station = Pose(0.0, 0.0, depth_m, navigation.heading_rad)
         self.state, self.end, self.disarms = State.COUNTDOWN, End.NONE, False
-        self._was_armed = seen.armed
-        self._time_s = self._begun_s = self._altitude_s = self._voltage_s = seen.time_s
-        self._until_s = seen.time_s + countdown_s
+        self._was_armed = inputs.armed
+        self._time_s = self._begun_s = self._altitude_s = self._voltage_s = inputs.time_s
+        self._until_s = inputs.time_s + countdown_s
         self._exceeded.clear()
         return ""
 
-    def fly(self, legs: Sequence[Leg], seen: Seen) -> str:
+    def fly(self, legs: Sequence[Leg], inputs: FlightInputs) -> str:
         """Fly a manoeuvre from the station; return why not, "" if it begins."""
         if self.state is not State.WAITING or self._limits is None:
             return "vehicle is not on its station"
         if not legs:
             return "manoeuvre has no legs"
         mission = Mission("manoeuvre", tuple(legs), self._station.depth_m, self._station.heading_rad)
-        if seen.time_s + mission.duration_s > self._begun_s + self._limits.time_s:
+        if inputs.time_s + mission.duration_s > self._begun_s + self._limits.time_s:
             return "manoeuvre takes longer than is left"
-        self._mission, self._since_s = mission, seen.time_s
-        self._until_s = seen.time_s + mission.duration_s
+        self._mission, self._since_s = mission, inputs.time_s
+        self._until_s = inputs.time_s + mission.duration_s
         self.state = State.FLYING
         return ""
 
@@ -201,20 +204,20 @@ class Flight:
         elif self.state in (*UNDER_WAY, State.RETURNING):
             self._hold(End.KEY)
 
-    def step(self, seen: Seen) -> Reference | None:
+    def step(self, inputs: FlightInputs) -> Reference | None:
         """The reference of this tick, None while no flight steers. `disarms` is set once it is over."""
         if self.state is State.IDLE or self._limits is None:
             return None
-        dt_s = max(seen.time_s - self._time_s, 1e-3)
-        self._time_s = seen.time_s
-        navigation = known_at(seen.navigation, seen.time_s)
-        self.pose = moved(self.pose, navigation, dt_s)
-        self._judge(seen, navigation)
-        if self.state in (State.COUNTDOWN, State.FLYING) and seen.time_s >= self._until_s:
+        dt_s = max(inputs.time_s - self._time_s, 1e-3)
+        self._time_s = inputs.time_s
+        navigation = known_at(inputs.navigation, inputs.time_s)
+        self.pose = dead_reckoned(self.pose, navigation, dt_s)
+        self._judge(inputs, navigation)
+        if self.state in (State.COUNTDOWN, State.FLYING) and inputs.time_s >= self._until_s:
             self._go(State.GOING, self._station)
         elif self.state in (State.GOING, State.RETURNING):
-            self._travel(seen, navigation)
-        elif self.state is State.HOLDING and seen.time_s >= self._until_s:
+            self._travel(inputs, navigation)
+        elif self.state is State.HOLDING and inputs.time_s >= self._until_s:
             self.disarms = True
             self._idle(self.end)
         return self._reference(dt_s)
@@ -224,37 +227,37 @@ class Flight:
             return self._mission.reference(self._time_s - self._since_s)
         if self.state is State.HOLDING and self._held is not None:
             return self._held
-        if self.state in (State.GOING, State.WAITING, State.RETURNING) and self._course is not None:
-            return self._course.step(self.pose, dt_s)
+        if self.state in (State.GOING, State.WAITING, State.RETURNING) and self._transit is not None:
+            return self._transit.step(self.pose, dt_s)
         return None
 
-    def _judge(self, seen: Seen, navigation: Navigation) -> None:
-        """End the flight if something speaks against it."""
-        if seen.touched:
+    def _judge(self, inputs: FlightInputs, navigation: Navigation) -> None:
+        """End the flight if anything is a reason to."""
+        if inputs.sticks_moved:
             self._idle(End.STICKS)
-        elif not seen.armed and (self.state is not State.COUNTDOWN or seen.time_s >= self._until_s):
+        elif not inputs.armed and (self.state is not State.COUNTDOWN or inputs.time_s >= self._until_s):
             self._idle(self.end if self.state is State.HOLDING else End.DISARMED)
-        elif not seen.in_hand and (self.state is not State.COUNTDOWN or seen.time_s >= self._until_s):
+        elif not inputs.in_command and (self.state is not State.COUNTDOWN or inputs.time_s >= self._until_s):
             self._idle(End.TAKEN)
         elif self.state is State.COUNTDOWN:
-            if end := self._exceeds(seen, navigation):
+            if end := self._exceeds(inputs, navigation):
                 self._idle(end)
         elif self.state in UNDER_WAY:
-            if end := self._exceeds(seen, navigation):
+            if end := self._exceeds(inputs, navigation):
                 (self._hold if end in BLIND else self._return)(end)
         elif self.state is State.RETURNING:
             tilted = self._confirmed(End.TILT, tilt_rad(navigation) > self._bounds.tilt_rad)
-            if _blind(navigation) or tilted or seen.time_s >= self._until_s:
+            if _blind(navigation) or tilted or inputs.time_s >= self._until_s:
                 self._hold(self.end)
 
-    def _exceeds(self, seen: Seen, navigation: Navigation) -> End:
+    def _exceeds(self, inputs: FlightInputs, navigation: Navigation) -> End:
         """The first limit that is exceeded, End.NONE if none is."""
-        limits, now_s = self._bounds, seen.time_s
-        if now_s - seen.ground_s > limits.link_s:
+        limits, now_s = self._bounds, inputs.time_s
+        if now_s - inputs.ground_heard_s > limits.link_s:
             return End.LINK
         if blind := _blind(navigation):
             return blind
-        if not seen.fit:
+        if not inputs.autopilot_ready:
             return End.UNFIT
         if now_s - self._begun_s > limits.time_s:
             return End.TIME
@@ -291,27 +294,26 @@ class Flight:
         assert self._limits is not None
         return self._limits
 
-    def _travel(self, seen: Seen, navigation: Navigation) -> None:
-        """Look whether a way has come to its end."""
-        assert self._course is not None
-        if not self._course.arrived(self.pose, math.hypot(*navigation.velocity)):
-            self._since_s = seen.time_s
-            if self.state is State.GOING and seen.time_s >= self._until_s:
+    def _travel(self, inputs: FlightInputs, navigation: Navigation) -> None:
+        """See whether a transit has come to its end, or takes too long."""
+        assert self._transit is not None
+        if not self._transit.arrived(self.pose, math.hypot(*navigation.velocity)):
+            self._since_s = inputs.time_s
+            if self.state is State.GOING and inputs.time_s >= self._until_s:
                 self._return(End.ASTRAY)
-        elif seen.time_s - self._since_s >= SETTLE_S:
+        elif inputs.time_s - self._since_s >= SETTLE_S:
             if self.state is State.GOING:
-                self.state, self._until_s = State.WAITING, seen.time_s + UNASKED_S
+                self.state, self._until_s = State.WAITING, inputs.time_s + UNASKED_S
             else:
                 self._hold(self.end)
 
     def _go(self, state: State, target: Pose) -> None:
         limits = self._bounds
-        way_s = (
-            self.pose.distance_m(target) / limits.travel_m_s + abs(self.pose.depth_m - target.depth_m) / 0.1
-        )
-        self._course = Course(self.pose, target, limits.travel_m_s, sways=self._sways)
+        across_s = self.pose.distance_m(target) / limits.travel_m_s
+        down_s = abs(self.pose.depth_m - target.depth_m) / HEAVE_M_S
+        self._transit = Transit(self.pose, target, limits.travel_m_s, sways=self._sways)
         self.state, self._since_s = state, self._time_s
-        self._until_s = self._time_s + LATE_SHARE * way_s + LATE_S
+        self._until_s = self._time_s + LATE_TIMES * (across_s + down_s) + LATE_S
 
     def _return(self, end: End) -> None:
         self.end = end
@@ -330,7 +332,7 @@ class Flight:
 
 
 def _low(what: str, value: float, unit: str, least: float, limit: str) -> str:
-    """Why no flight may begin with so little of what a limit bounds, 0 for no limit; "" if it may."""
+    """Why no flight may begin with a value below its limit `least` (0 for no limit); "" if one may."""
     if not least or value >= least:
         return ""
     if math.isnan(value):
@@ -339,7 +341,7 @@ def _low(what: str, value: float, unit: str, least: float, limit: str) -> str:
 
 
 def _blind(navigation: Navigation) -> End:
-    """The sensor without which nothing can be steered, End.NONE if all are there."""
+    """The first measurement that steering needs and that is missing; End.NONE if all are there."""
     if not all(map(math.isfinite, navigation.velocity)):
         return End.VELOCITY
     if not (math.isfinite(navigation.heading_rad) and all(map(math.isfinite, navigation.rate))):

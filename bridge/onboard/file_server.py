@@ -1,7 +1,8 @@
 """A read-only MAVLink FTP server of the recordings on board, and the thread that runs it.
 
-A session is only a name: no file is held open, and opening a file twice gives the same session. Answers to each link
-keep within its pace, as telemetry has priority. Requests that find no room are dropped, and asked for again.
+A session is only a name: no file is held open, and opening a file twice gives the same session. A token bucket for each
+link keeps its answers within its pace, as telemetry has priority. Requests that find the queue full are dropped; the
+client sends them again.
 """
 
 from collections import deque
@@ -54,7 +55,8 @@ MOST_LISTINGS: Final = 8
 IDLE_S: Final = 30.0
 BURST_PACKETS: Final = 64
 CRC_BYTES_A_STEP: Final = 1 << 18
-LONGEST_SAVING_S: Final = 0.1
+BUCKET_S: Final = 0.1
+"""Depth of a link's token bucket, in seconds of its pace."""
 FRAME_BYTES: Final = 27
 """Bytes on the wire around a packet's data."""
 
@@ -79,17 +81,19 @@ class _Session:
 
 @dataclass
 class _Lane:
-    """One link: its waiting requests, and how many bytes may be sent now."""
+    """One link: its waiting requests, and its token bucket: `tokens` bytes may be sent, counted up to `filled_s`."""
 
-    earned_s: float
-    allowed: float
-    asked: deque[tuple[Peer, Packet]] = field(default_factory=deque)
+    filled_s: float
+    tokens: float
+    requests: deque[tuple[Peer, Packet]] = field(default_factory=deque)
 
 
 @dataclass
-class _Sum:
+class _Checksum:
+    """A checksum under way: the request that it answers, the file, and the CRC of its first `offset` bytes."""
+
     peer: Peer
-    asked: Packet
+    request: Packet
     name: str
     offset: int = 0
     crc: int = 0
@@ -103,13 +107,13 @@ class FileServer:
         self._sessions: dict[int, _Session] = {}
         self._lanes: dict[int, _Lane] = {}
         self._listings: dict[Peer, list[str]] = {}
-        self._sums: list[_Sum] = []
+        self._checksums: list[_Checksum] = []
 
     def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
-        """Take a packet that arrived; its answer comes from a later `due`."""
-        lane = self._lanes.setdefault(peer[0], _Lane(now_s, self._most_saved(peer[0])))
-        if len(lane.asked) < MOST_WAITING:
-            lane.asked.append((peer, decode(payload)))
+        """Queue a packet that arrived; a later `due` returns its answer."""
+        lane = self._lanes.setdefault(peer[0], _Lane(now_s, self._bucket_bytes(peer[0])))
+        if len(lane.requests) < MOST_WAITING:
+            lane.requests.append((peer, decode(payload)))
 
     def due(self, now_s: float) -> list[tuple[Peer, bytes]]:
         """Return the packets to send now, each with its peer."""
@@ -117,153 +121,153 @@ class FileServer:
             del self._sessions[number]
         out: list[tuple[Peer, bytes]] = []
         for link, lane in self._lanes.items():
-            earned = max(0.0, now_s - lane.earned_s) * self._pace(link)
-            lane.allowed = min(lane.allowed + earned, self._most_saved(link))
-            lane.earned_s = now_s
+            filled = max(0.0, now_s - lane.filled_s) * self._pace(link)
+            lane.tokens = min(lane.tokens + filled, self._bucket_bytes(link))
+            lane.filled_s = now_s
             for peer, packet in self._lane_due(link, lane, now_s):
                 raw = packet.encode()
-                lane.allowed -= len(raw) + FRAME_BYTES
+                lane.tokens -= len(raw) + FRAME_BYTES
                 out.append((peer, raw))
-        return out + [(peer, packet.encode()) for peer, packet in self._summed()]
+        return out + [(peer, packet.encode()) for peer, packet in self._checksum_answers()]
 
-    def _most_saved(self, link: int) -> float:
-        """Most bytes that may be sent at once: at least one packet, even at a slow pace."""
-        return max(self._pace(link) * LONGEST_SAVING_S, float(DATA_BYTES + FRAME_BYTES))
+    def _bucket_bytes(self, link: int) -> float:
+        """Capacity of a link's bucket: at least one packet, even at a slow pace."""
+        return max(self._pace(link) * BUCKET_S, float(DATA_BYTES + FRAME_BYTES))
 
     def _lane_due(self, link: int, lane: _Lane, now_s: float) -> Iterator[tuple[Peer, Packet]]:
-        while lane.asked and (lane.allowed > 0 or _is_free(lane.asked[0][1])):
-            peer, asked = lane.asked.popleft()
-            answer = self._answer(peer, asked, now_s)
+        while lane.requests and (lane.tokens > 0 or _is_free(lane.requests[0][1])):
+            peer, request = lane.requests.popleft()
+            answer = self._answer(peer, request, now_s)
             if answer is not None:
                 yield peer, answer
         bursting = deque(
             number for number, reading in self._sessions.items() if reading.peer[0] == link and reading.burst
         )
-        while bursting and lane.allowed > 0:
+        while bursting and lane.tokens > 0:
             number = bursting.popleft()
             session = self._sessions[number]
             yield session.peer, self._burst_next(session, now_s)
             if session.burst is not None:
                 bursting.append(number)
 
-    def _answer(self, peer: Peer, asked: Packet, now_s: float) -> Packet | None:
+    def _answer(self, peer: Peer, request: Packet, now_s: float) -> Packet | None:
         """Return the answer to a request; None if it gets none, or gets it later."""
         try:
-            if asked.op == Op.LIST:
-                return self._listed(peer, asked)
-            if asked.op == Op.OPEN_READ:
-                return self._opened(peer, asked, now_s)
-            if asked.op == Op.CRC32:
-                return self._begin_sum(peer, asked)
-            if asked.op in (Op.READ, Op.BURST, Op.TERMINATE):
-                return self._of_session(peer, asked, now_s)
+            if request.op == Op.LIST:
+                return self._listed(peer, request)
+            if request.op == Op.OPEN_READ:
+                return self._opened(peer, request, now_s)
+            if request.op == Op.CRC32:
+                return self._begin_checksum(peer, request)
+            if request.op in (Op.READ, Op.BURST, Op.TERMINATE):
+                return self._of_session(peer, request, now_s)
         except FileNotFoundError:
-            return refused(asked, Fault.NOT_FOUND)
+            return refused(request, Fault.NOT_FOUND)
         except OSError:
-            return refused(asked, Fault.FAIL)
-        if asked.op == Op.RESET:
+            return refused(request, Fault.FAIL)
+        if request.op == Op.RESET:
             self._sessions = {n: session for n, session in self._sessions.items() if session.peer != peer}
-            return acknowledged(asked)
-        if asked.op in (Op.ACK, Op.NAK):  # never answered: two servers would answer each other without end
+            return acknowledged(request)
+        if request.op in (Op.ACK, Op.NAK):  # never answered: two servers would answer each other without end
             return None
-        return refused(asked, Fault.PROTECTED if asked.op in _WRITES else Fault.UNKNOWN)
+        return refused(request, Fault.PROTECTED if request.op in _WRITES else Fault.UNKNOWN)
 
-    def _listed(self, peer: Peer, asked: Packet) -> Packet:
-        if _name(asked.data) not in ("", "."):
+    def _listed(self, peer: Peer, request: Packet) -> Packet:
+        if _name(request.data) not in ("", "."):
             raise FileNotFoundError
-        # The list stays as it was at its begin: if it changed, a client that lists by index could miss a file.
-        if asked.offset == 0 or peer not in self._listings:
+        # A listing is a snapshot: if it changed between requests, a client that lists by index could miss a file.
+        if request.offset == 0 or peer not in self._listings:
             if len(self._listings) >= MOST_LISTINGS:
                 self._listings.pop(next(iter(self._listings)), None)
             self._listings[peer] = [f"F{name}\t{size}\0" for name, size in self._files.sizes()]
         data = b""
-        for entry in self._listings[peer][asked.offset :]:
+        for entry in self._listings[peer][request.offset :]:
             if len(data) + len(entry) > DATA_BYTES:
                 break
             data += entry.encode("ascii")
-        return acknowledged(asked, data) if data else refused(asked, Fault.END)
+        return acknowledged(request, data) if data else refused(request, Fault.END)
 
-    def _opened(self, peer: Peer, asked: Packet, now_s: float) -> Packet:
-        name = _name(asked.data)
+    def _opened(self, peer: Peer, request: Packet, now_s: float) -> Packet:
+        name = _name(request.data)
         size = dict(self._files.sizes()).get(name)
         if size is None:
             raise FileNotFoundError
         same = (n for n, session in self._sessions.items() if (session.peer, session.name) == (peer, name))
         free = (n for n in range(MOST_SESSIONS) if n not in self._sessions)
-        # A session whose TERMINATE was lost gives room to the next session of its own peer.
+        # If a TERMINATE was lost, the peer's own oldest session gives way to its next.
         oldest_first = sorted(
             (session.used_s, n) for n, session in self._sessions.items() if session.peer == peer
         )
         number = next(same, next(free, oldest_first[0][1] if oldest_first else None))
         if number is None:
-            return refused(asked, Fault.NO_SESSIONS)
+            return refused(request, Fault.NO_SESSIONS)
         self._sessions[number] = _Session(peer, name, now_s)
-        return acknowledged(asked, min(size, 0xFFFFFFFF).to_bytes(4, "little"), 0, number)
+        return acknowledged(request, min(size, 0xFFFFFFFF).to_bytes(4, "little"), 0, number)
 
-    def _of_session(self, peer: Peer, asked: Packet, now_s: float) -> Packet | None:
-        session = self._sessions.get(asked.session)
-        if asked.op == Op.TERMINATE:
+    def _of_session(self, peer: Peer, request: Packet, now_s: float) -> Packet | None:
+        session = self._sessions.get(request.session)
+        if request.op == Op.TERMINATE:
             if session is not None and session.peer == peer:
-                del self._sessions[asked.session]
-            return acknowledged(asked)
+                del self._sessions[request.session]
+            return acknowledged(request)
         if session is None or session.peer != peer:
-            return refused(asked, Fault.SESSION)
-        if not 0 < asked.size <= DATA_BYTES:
-            return refused(asked, Fault.SIZE)
+            return refused(request, Fault.SESSION)
+        if not 0 < request.size <= DATA_BYTES:
+            return refused(request, Fault.SIZE)
         session.used_s = now_s
-        if asked.op == Op.BURST:
-            session.burst, session.left = asked, BURST_PACKETS
+        if request.op == Op.BURST:
+            session.burst, session.left = request, BURST_PACKETS
             return None
-        data = self._files.read(session.name, asked.offset, asked.size)
-        return acknowledged(asked, data) if data else refused(asked, Fault.END)
+        data = self._files.read(session.name, request.offset, request.size)
+        return acknowledged(request, data) if data else refused(request, Fault.END)
 
     def _burst_next(self, session: _Session, now_s: float) -> Packet:
-        asked = session.burst
-        assert asked is not None
+        request = session.burst
+        assert request is not None
         session.used_s, session.burst = now_s, None
         session.left -= 1
         try:
-            data = self._files.read(session.name, asked.offset, asked.size)
+            data = self._files.read(session.name, request.offset, request.size)
         except FileNotFoundError:
-            return refused(asked, Fault.NOT_FOUND)
+            return refused(request, Fault.NOT_FOUND)
         except OSError:
-            return refused(asked, Fault.FAIL)
+            return refused(request, Fault.FAIL)
         if not data:
-            return refused(asked, Fault.END)
-        complete = len(data) < asked.size or session.left == 0
+            return refused(request, Fault.END)
+        complete = len(data) < request.size or session.left == 0
         if not complete:
             session.burst = replace(
-                asked, sequence=asked.sequence + 1 & 0xFFFF, offset=asked.offset + len(data)
+                request, sequence=request.sequence + 1 & 0xFFFF, offset=request.offset + len(data)
             )
-        return replace(acknowledged(asked, data), complete=complete)
+        return replace(acknowledged(request, data), complete=complete)
 
-    def _begin_sum(self, peer: Peer, asked: Packet) -> Packet | None:
-        name = _name(asked.data)
+    def _begin_checksum(self, peer: Peer, request: Packet) -> Packet | None:
+        name = _name(request.data)
         self._files.read(name, 0, 1)
-        if len(self._sums) >= MOST_LISTINGS:
-            return refused(asked, Fault.FAIL)
-        for pending in self._sums:
+        if len(self._checksums) >= MOST_LISTINGS:
+            return refused(request, Fault.FAIL)
+        for pending in self._checksums:
             if (pending.peer, pending.name) == (peer, name):  # asked again: the work done so far is kept
-                pending.asked = asked
+                pending.request = request
                 return None
-        self._sums.append(_Sum(peer, asked, name))
+        self._checksums.append(_Checksum(peer, request, name))
         return None
 
-    def _summed(self) -> list[tuple[Peer, Packet]]:
+    def _checksum_answers(self) -> list[tuple[Peer, Packet]]:
         """Continue the first checksum by a piece; return its answer once it is complete."""
-        if not self._sums:
+        if not self._checksums:
             return []
-        work = self._sums[0]
+        work = self._checksums[0]
         try:
             data = self._files.read(work.name, work.offset, CRC_BYTES_A_STEP)
         except OSError:
-            del self._sums[0]
-            return [(work.peer, refused(work.asked, Fault.FAIL))]
+            del self._checksums[0]
+            return [(work.peer, refused(work.request, Fault.FAIL))]
         work.crc, work.offset = crc32(data, work.crc), work.offset + len(data)
         if data:
             return []
-        del self._sums[0]
-        return [(work.peer, acknowledged(work.asked, work.crc.to_bytes(4, "little")))]
+        del self._checksums[0]
+        return [(work.peer, acknowledged(work.request, work.crc.to_bytes(4, "little")))]
 
 
 def _name(data: bytes) -> str:
@@ -271,9 +275,9 @@ def _name(data: bytes) -> str:
     return data.split(b"\0")[0].decode("ascii", "replace").removeprefix("/")
 
 
-def _is_free(asked: Packet) -> bool:
+def _is_free(request: Packet) -> bool:
     """Whether a request is refused at once, whatever the pace: no client should wait for that."""
-    return asked.op in _WRITES or (asked.op == Op.OPEN_READ and asked.data.startswith(b"@"))
+    return request.op in _WRITES or (request.op == Op.OPEN_READ and request.data.startswith(b"@"))
 
 
 TICK_S: Final = 0.02
@@ -282,8 +286,8 @@ MOST_ANSWERS: Final = 512
 ENDING_S: Final = 3.0
 
 
-class ServedAside:
-    """Offers `hear` and `due` of a `FileServer` that return at once; a thread does the work.
+class ThreadedFileServer:
+    """A `FileServer` in a thread of its own, so that a slow disk holds up no loop: `hear` and `due` return at once.
 
     Answers are ready at a later call of `due`.
     """
@@ -297,7 +301,7 @@ class ServedAside:
         self._thread.start()
 
     def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
-        """Queue a packet that arrived. A packet that finds no room is dropped, and asked for again."""
+        """Queue a packet that arrived, or drop it if the queue is full; the client asks for it again."""
         del now_s
         with suppress(Full):
             self._heard.put_nowait((peer, payload))

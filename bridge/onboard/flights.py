@@ -7,7 +7,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.errors import ConfigError
 from bridge.flight import orders
-from bridge.flight.flight import WORDS, End, Flight, Seen, State
+from bridge.flight.flight import WORDS, End, Flight, FlightInputs, State
 from bridge.flight.orders import Order, Seven
 from bridge.vehicle.config import Configuration
 from bridge.vehicle.navigation import Navigation
@@ -84,8 +84,8 @@ class Flights:
         if numbers[1] != self._obeyed and not (begins and numbers[1] in self._begun):
             if begins and self._rows_of(numbers) is None:
                 return _AGAIN, place
-            seen = Seen(now_s, navigation, armed, now_s, self._touched(now_s))
-            refused = (obstacle if numbers[0] == Order.BEGIN else "") or self._obey(numbers, seen)
+            inputs = FlightInputs(now_s, navigation, armed, now_s, self._touched(now_s))
+            refused = (obstacle if numbers[0] == Order.BEGIN else "") or self._obey(numbers, inputs)
             if refused:
                 self._texts.append(f"no flight: {refused}")
                 return _DENIED, place
@@ -100,14 +100,22 @@ class Flights:
         return texts
 
     def step(
-        self, navigation: Navigation, *, armed: bool, now_s: float, in_hand: bool = True, fit: bool = True
+        self,
+        navigation: Navigation,
+        *,
+        armed: bool,
+        now_s: float,
+        in_command: bool = True,
+        autopilot_ready: bool = True,
     ) -> Reference | None:
         """The reference of this tick, None while no flight steers."""
         flight = self.flight
         # Another ground's heartbeats stand for the one that flies only as long as that says nothing by itself.
         ground_s = self._ground_s if self._here_s is None else self._here_s
-        seen = Seen(now_s, navigation, armed, ground_s, self._touched(now_s), in_hand, fit)
-        reference = flight.step(seen)
+        inputs = FlightInputs(
+            now_s, navigation, armed, ground_s, self._touched(now_s), in_command, autopilot_ready
+        )
+        reference = flight.step(inputs)
         report = flight.state, flight.end
         if report != self._spoken:
             if flight.end is not self._spoken[1] and flight.end is not End.NONE:
@@ -129,7 +137,7 @@ class Flights:
     def _touched(self, now_s: float) -> bool:
         return now_s - self._touched_s <= 1.0
 
-    def _obey(self, numbers: Seven, seen: Seen) -> str:
+    def _obey(self, numbers: Seven, inputs: FlightInputs) -> str:
         """Do as an order says; return why not."""
         order, _, _, countdown_s, *_ = numbers
         if order == Order.END:
@@ -143,10 +151,10 @@ class Flights:
             return "there is no such order"
         try:
             if order == Order.BEGIN:
-                refused = self.flight.begin(*orders.limits_in(rows), countdown_s, seen)
+                refused = self.flight.begin(*orders.limits_in(rows), countdown_s, inputs)
                 self._here_s = self._here_s if refused else None
                 return refused
-            return self.flight.fly([orders.leg_of(row) for row in rows], seen)
+            return self.flight.fly([orders.leg_of(row) for row in rows], inputs)
         except ConfigError as error:
             return str(error)
 

@@ -80,7 +80,7 @@ class ParameterServer:
         self._texts = [*self._memory.texts]
         self._news: list[str] = []
         self._mode, self._is_stored = Mode(int(self._memory.mode)), False
-        self._aside = aside or AtOnce()
+        self._aside = aside or InlineExecutor()
         self._storing: Future[None] | None = None
         self._active = self._memory.committed
         self._staged = dict(self._active or {parameter.name: parameter.default for parameter in table})
@@ -297,7 +297,7 @@ class ParameterServer:
         return self._is_stored
 
 
-class AtOnce(Executor):
+class InlineExecutor(Executor):
     """Does its work within `submit`, for a caller that may wait."""
 
     def submit(self, work: Callable[..., Any], /, *of: Any, **named: Any) -> Future[Any]:

@@ -19,7 +19,7 @@ from bridge.links.open import open_link
 from bridge.links.reconnecting import FIRST_RETRY_S, Reconnecting, next_retry_s
 from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import Bar30, I2cBus, SmbusBus, parse_i2c_port
-from bridge.sensors.drivers import greeting, speaks_tcp
+from bridge.sensors.drivers import speaks_tcp, start_command
 from bridge.sensors.samples import Arrival
 from bridge.vehicle.autopilot import RATE_HZ
 from bridge.vehicle.config import Device, Vehicle
@@ -145,7 +145,7 @@ def _reader(
     if device.kind == "bar30":
         number, address = parse_i2c_port(device.port)
         return lambda: _poll_depth(slot, device, lambda: open_bus(number), address, clock, stop, put)
-    words = greeting(device)
+    words = start_command(device)
     return lambda: _read_stream(slot, device, words, clock, stop, put)
 
 

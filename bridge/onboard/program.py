@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from bridge.ardusub.companion import Companion
     from bridge.clock import Clock
     from bridge.links.link import Link
-    from bridge.onboard.file_server import ServedAside
+    from bridge.onboard.file_server import ThreadedFileServer
     from bridge.onboard.orders import Ground
     from bridge.onboard.ring import RingKeeper
     from bridge.onboard.service import Bridge
@@ -293,14 +293,14 @@ def ring_for(arguments: argparse.Namespace, clock: "Clock") -> "RingKeeper | Non
     return ring_in(Path(arguments.ring), bounds, clock)
 
 
-def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ServedAside | None":
+def files_for(arguments: argparse.Namespace, clock: "Clock") -> "ThreadedFileServer | None":
     """Make the server of the ring's files on the bridge's links, at each link's own pace; None without a ring."""
-    from bridge.onboard.file_server import FileServer, Segments, ServedAside
+    from bridge.onboard.file_server import FileServer, Segments, ThreadedFileServer
 
     if arguments.ring is None:
         return None
     paces = [pace_of(spec) for spec in arguments.link]
-    return ServedAside(FileServer(Segments(Path(arguments.ring)), lambda link: paces[link]), clock)
+    return ThreadedFileServer(FileServer(Segments(Path(arguments.ring)), lambda link: paces[link]), clock)
 
 
 def pace_of(spec: str) -> float:

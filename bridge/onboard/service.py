@@ -56,7 +56,7 @@ from bridge.wire.status_codes import status_texts
 
 if TYPE_CHECKING:
     from bridge.ardusub.companion import Companion
-    from bridge.onboard.file_server import FileServer, ServedAside
+    from bridge.onboard.file_server import FileServer, ThreadedFileServer
     from bridge.onboard.ring import RingKeeper
 
 BEAT_S: Final = 1.0
@@ -101,7 +101,7 @@ class Bridge:
         veh_cfg: int | None = None,
         ground: Ground = Ground(),  # noqa: B008 (frozen)
         ring: "RingKeeper | None" = None,
-        files: "FileServer | ServedAside | None" = None,
+        files: "FileServer | ThreadedFileServer | None" = None,
         companion: "Companion | None" = None,
     ) -> None:
         self.counts: Counter[str] = Counter()
@@ -218,7 +218,7 @@ class Bridge:
             doubt, obstacle = self._companion.control_doubt(now_s), self._companion.obstacle(now_s)
             self._companion.tell_lost_sticks(doubt)
         reference = self.flights.step(
-            self.navigation, armed=self.armed, now_s=now_s, in_hand=not doubt, fit=not obstacle
+            self.navigation, armed=self.armed, now_s=now_s, in_command=not doubt, autopilot_ready=not obstacle
         )
         if flight.disarms:
             flight.disarms = False

@@ -1,4 +1,4 @@
-"""KVH DSP-1750 fibre-optic gyro: 6-byte frames at about 1 kHz, with neither header nor checksum.
+"""KVH DSP-1750 fibre-optic gyro (not the 1750 IMU): 6-byte frames at about 1 kHz, with neither header nor checksum.
 
 Source: two independent open drivers that agree (LCM "Driver for KVH DSP-1750 gyro"; Univ. Toronto `DSP1750_gyro.c`).
 Byte 0: counter 0..3 in the top two bits, incremented in each frame; bit 5 zero; bit 4 valid; the rest zero in normal
@@ -10,8 +10,8 @@ Only the first byte distinguishes frames from noise. A frame is therefore passed
 confirmed it. Its rate is valid only if both first bytes show normal operation and if it fits its neighbours: within
 LARGEST_STEP_RAD_S of the rate before it, and within SPIKE_RAD_S of the rate before it, the rate after it or their
 mean. A spike agrees with none of these. A step agrees with the rate after it and a ramp with the mean, so either
-costs two frames at most. A flipped bit that moves a rate by less than SPIKE_RAD_S and a frame's turn goes undetected.
-numpy processes a chunk of bytes as a whole, not frame by frame.
+costs two frames at most. A flipped bit goes undetected if it moves the rate by less than SPIKE_RAD_S plus
+the true change from frame to frame. numpy processes a chunk of bytes as a whole, not frame by frame.
 
 Time: frames carry none. A fit of arrivals over the running frame count gives the true period (units differ by 2 %
 to 3 %) and removes the jitter; the frames of a chunk are dated backwards from its last byte.
@@ -35,7 +35,8 @@ SPIKE_RAD_S = math.radians(0.1)
 
 FRAME = 6
 _STEPS_TO_LOCK = 10
-_HUNTED = FRAME * (_STEPS_TO_LOCK + 1) - 1  # bytes to keep: a byte short of a lock, in every phase
+# Bytes kept while no lock is found: one short of a run, so that a run is found whichever byte it starts at.
+_HUNTED = FRAME * (_STEPS_TO_LOCK + 1) - 1
 _HEALTHY = 0x10  # the low six bits of byte 0 in normal operation
 _CLEAR = 0x20  # the bit of byte 0 that is always zero
 _BYTE_S = 10 / 115200
@@ -80,7 +81,8 @@ class Kvh1750Parser:
                 break
             frames = np.frombuffer(buffer, np.uint8, count * FRAME, at).reshape(count, FRAME)
             counters = frames[:, 0] >> 6
-            wrong = np.flatnonzero((counters[1:] - counters[:-1]) & 3 | frames[1:, 0] & _CLEAR != 1)
+            counts_on = (counters[1:] - counters[:-1]) & 3 == 1
+            wrong = np.flatnonzero(~(counts_on & (frames[1:, 0] & _CLEAR == 0)))
             confirmed = int(wrong[0]) if wrong.size else count - 1
             if wrong.size:
                 to_end = (len(buffer) - at) / FRAME - 1

@@ -39,11 +39,13 @@ SUFFIXES: Final = (".tlog", ".tlog.gz")
 """Endings of a recording's name."""
 LATEST_US: Final = 4_102_444_800_000_000  # the year 2100: a later stamp is damage, or no stamp at all
 OUTLIER_US: Final = 100_000
-UNFOLD_BYTES: Final = 1024  # small, because zlib discards all output of the piece that ends in damage
+PIECE_BYTES: Final = 1024  # small, because zlib discards all output of the piece that ends in damage
 MOST_BYTES: Final = 2 << 30
 """The most that is read of one file, plain or decompressed: 25 kB/s for a day. A recording is untrusted, its reader
 needs several bytes of memory for each byte of the file, and a gzip file may decompress without end."""
-MOST_FOLDS: Final = 100  # recordings and tables compress about fourfold; no real file is this uniform
+MOST_COMPRESSION: Final = (
+    100  # times; recordings and tables compress about fourfold, and no real file is this uniform
+)
 FEW_BYTES: Final = 1 << 24
 STAMP = struct.Struct(">Q")
 _END: Final = (0, Frame(b"", 0, 0, 0, 0, False))
@@ -105,7 +107,7 @@ class TlogWriter:
     def look(self) -> None:
         """Check that the file is still under its name. Raises TakenAway if it is not."""
         with contextlib.suppress(OSError):  # a failing disk can't answer; `sync` reports it
-            _see(self._file, self.path)
+            _check_in_place(self._file, self.path)
 
     def close(self) -> None:
         if self._file >= 0:
@@ -121,7 +123,7 @@ class TlogWriter:
         self.close()
 
 
-def _see(file: int, path: Path) -> None:
+def _check_in_place(file: int, path: Path) -> None:
     """Raise TakenAway if the open `file` is no longer at `path`, OSError if that can't be determined."""
     here, place = os.fstat(file), _place(file)
     with contextlib.suppress(FileNotFoundError, NotADirectoryError):
@@ -191,11 +193,11 @@ def load_recording(path: Path) -> tuple[bytes, bool]:
     return data, whole
 
 
-def of_those_that_hold_frames(paths: Sequence[Path], read: Callable[[Path], T]) -> Iterator[T]:
+def each_nonempty(paths: Sequence[Path], read: Callable[[Path], T]) -> Iterator[T]:
     """Yield `read(path)` for each file of one recording, skipping files that hold no frame.
 
-    A killed recorder or a full disk leaves such files next to good ones. Raises the errors of `read`, and
-    NothingRecorded if no file holds a frame.
+    A killed recorder or a full disk leaves such files next to good ones. Raises NothingRecorded if no file holds a
+    frame, and the other errors of `read`.
     """
     held, nothing = False, None
     for path in paths:
@@ -232,28 +234,28 @@ def load_bytes(path: Path) -> tuple[bytes, bool]:
         raise LogError(f"can't be read ({error.strerror}); give a recording that can", path) from None
     if not data.startswith(GZIP):
         return data, True
-    return _unfold(data)
+    return _gunzip(data)
 
 
-def _unfold(data: bytes) -> tuple[bytes, bool]:
+def _gunzip(data: bytes) -> tuple[bytes, bool]:
     """Decompress gzip data up to its end, a cut, damage or an excessive size; also return whether it is complete."""
     parts: list[bytes] = []
-    size, most = 0, min(max(MOST_FOLDS * len(data), FEW_BYTES), MOST_BYTES)
+    size, most = 0, min(max(MOST_COMPRESSION * len(data), FEW_BYTES), MOST_BYTES)
     while data:
-        unfolder = zlib.decompressobj(wbits=31)
+        decompressor = zlib.decompressobj(wbits=31)
         at = 0
-        while at < len(data) and not unfolder.eof:
+        while at < len(data) and not decompressor.eof:
             try:
-                parts.append(unfolder.decompress(data[at : at + UNFOLD_BYTES]))
+                parts.append(decompressor.decompress(data[at : at + PIECE_BYTES]))
             except zlib.error:
                 return b"".join(parts), False
-            at += UNFOLD_BYTES
+            at += PIECE_BYTES
             size += len(parts[-1])
             if size > most:
                 return b"".join(parts), False
-        if not unfolder.eof:
+        if not decompressor.eof:
             return b"".join(parts), False
-        data = unfolder.unused_data + data[at:]
+        data = decompressor.unused_data + data[at:]
     return b"".join(parts), True
 
 

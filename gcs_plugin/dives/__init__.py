@@ -2,5 +2,5 @@
 
 `folder` names, `dive.yaml`, the folders of a place, in the order of their start · `recordings` in a folder, when they
 begin and how long they are · `conditions` water, tether, ballast · `replay` a recording in its own timing ·
-`split_recording` the folders of a recording that goes on from dive to dive.
+`recorded_dives` the folders of the dives while they are recorded, one after the other.
 """

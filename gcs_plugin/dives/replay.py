@@ -10,7 +10,7 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.errors import LogError
 from bridge.wire.framing import Frame, frame_at, unchecked_frame_at
-from bridge.wire.tlog import Record, of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import Record, each_nonempty, read_tlog
 from gcs_plugin.dives.recordings import LONGEST_S
 
 LONGEST_WAIT_S = 0.1
@@ -78,7 +78,7 @@ class Reel:
         self._bytes = bytearray()
         self._begins, self._times_s = array("Q"), array("d")
         first_us = None
-        for stamp_us, frame in onward(chain.from_iterable(of_those_that_hold_frames(files, read_tlog))):
+        for stamp_us, frame in onward(chain.from_iterable(each_nonempty(files, read_tlog))):
             first_us = stamp_us if first_us is None else first_us
             self._begins.append(len(self._bytes))
             self._times_s.append((stamp_us - first_us) / 1e6)

@@ -1,198 +1,25 @@
-"""The pulses of the wet check: planned, ordered, and run one thruster at a time, stopped at any sign of trouble.
+"""The pulses of the wet check, run one thruster at a time, and stopped at any sign of trouble.
 
 The vehicle ends each pulse by itself when its time is up or no order comes, so a dead link leaves no thruster running.
 """
 
-import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import Enum, auto
 from typing import Any, Final
 
-import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import ConfigError, LinkError
 from bridge.links.link import Link
 from bridge.text import printable, typed
-from bridge.vehicle.config import Configuration, Vehicle
-from bridge.vehicle.thrusters import NEUTRAL_US, Curve, allocation_matrix
+from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire.framing import Encoder, Frame, Framer, decode
-from gcs_plugin.asking import Asking
-from gcs_plugin.doctor.response import prior_mass_and_damping
-from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, Source, ground_heartbeat, heartbeat_of
-
-WHOLE_S: Final = 60.0
-REST_S: Final = 8.0
-PULSE_S: Final = 1.0
-LEAST_GAP_S: Final = 2.5
-MOST_SPEED_M_S: Final = 0.15
-MOST_RATE_RAD_S: Final = 0.5
-MOST_SHARE: Final = 0.25  # of the thruster's limit
-LEAST_N: Final = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class PlannedPulse:
-    """A single push: `thruster` counts from 0, `start_s` from the beginning of the check."""
-
-    thruster: int
-    start_s: float
-    duration_s: float
-    thrust_n: float
-    pwm_us: float
-
-
-def pulses(vehicle: Vehicle, configuration: str, curve: Curve) -> tuple[PlannedPulse, ...]:
-    """A rest, then each thruster forwards once; the next begins when the vehicle has had time to settle.
-
-    No pulse is planned to take the vehicle beyond a slow walk of 0.15 m/s or 0.5 rad/s, unless that is less than 1 N
-    of thrust, or a thruster beyond a quarter of its limit. Raises ConfigError for an unknown configuration or one
-    without thrusters.
-    """
-    shape = vehicle.configurations[vehicle.configuration_named(configuration)]
-    count = len(shape.thrusters)
-    if curve.neutral_us != NEUTRAL_US:
-        raise ConfigError(
-            f"thrust_curve: neutral_us is {curve.neutral_us:g}, and thrusters are tested from rest at "
-            f"{NEUTRAL_US:g} us alone; set the speed controllers to that"
-        )
-    if not count:
-        raise ConfigError(f"configuration '{configuration}' has no thrusters; add them to the vehicle file")
-    every_s = max((WHOLE_S - REST_S) / count, PULSE_S + LEAST_GAP_S)
-    planned = []
-    for index in range(count):
-        thrust_n = _gentle_thrust_n(shape, curve, index)
-        pwm_us = float(curve.pwm(thrust_n))
-        planned.append(PlannedPulse(index, REST_S + index * every_s, PULSE_S, thrust_n, pwm_us))
-    return tuple(planned)
-
-
-def duration_s(planned: tuple[PlannedPulse, ...]) -> float:
-    """How long the whole check takes."""
-    last = planned[-1]
-    return last.start_s + last.duration_s + LEAST_GAP_S
-
-
-def _gentle_thrust_n(shape: Configuration, curve: Curve, index: int) -> float:
-    mass, _ = prior_mass_and_damping(shape)
-    per_newton = np.abs(allocation_matrix(shape)[:, index]) * PULSE_S / mass
-    limits = np.array([MOST_SPEED_M_S] * 3 + [MOST_RATE_RAD_S] * 3)
-    gentle = float((limits / np.maximum(per_newton, 1e-9)).min())
-    most = min(MOST_SHARE * shape.thruster_limit_n, curve.max_n)
-    return min(max(gentle, LEAST_N), most)
-
-
-REPEAT_S: Final = 0.2
-ASK_EVERY_S: Final = 1.0
-SERVO_EVERY_US: Final = 50_000
-STICK_CENTRE: Final = 500  # of MANUAL_CONTROL's z
-
-
-@dataclass(frozen=True, slots=True)
-class MotorTest:
-    """An order: `thruster` counts from 0; the vehicle returns to neutral by itself after `timeout_s`."""
-
-    thruster: int
-    pwm_us: float
-    timeout_s: float
-
-    def message(self, system: int, component: int, first: int = 1) -> dialect.MAVLink_command_long_message:
-        """Encode the order as COMMAND_LONG: motors count from `first` there, in the order of the vehicle's file."""
-        return dialect.MAVLink_command_long_message(
-            system,
-            component,
-            dialect.MAV_CMD_DO_MOTOR_TEST,
-            0,
-            self.thruster + first,
-            dialect.MOTOR_TEST_THROTTLE_PWM,
-            self.pwm_us,
-            self.timeout_s,
-            1,
-            dialect.MOTOR_TEST_ORDER_BOARD,
-            0,
-        )
-
-
-class HeldOrders:
-    """Repeats every order, and neutral between orders, for firmware that holds an order and counts motors from 0.
-
-    Any other vehicle ends each test by itself: a single message is an order to it.
-
-    ArduSub ignores the timeout: an order holds until the next, and without an order for 0.5 s it disarms itself
-    (ArduSub/motors.cpp).
-    Its failsafes also expect a pilot and a ground station, and it sends its outputs only twice a second unless asked.
-    """
-
-    def __init__(self, target: Source) -> None:
-        self._target = target
-        self._test = MotorTest(0, NEUTRAL_US, 0.0)
-        self._end_s, self._due_s, self._ask_s = math.inf, -math.inf, -math.inf
-
-    def order(self, test: MotorTest, now_s: float) -> list[Any]:
-        self._test, self._end_s, self._due_s = test, now_s + test.timeout_s, now_s + REPEAT_S
-        return [test.message(*self._target, first=0)]
-
-    def meanwhile(self, now_s: float) -> list[Any]:
-        if now_s >= self._end_s:
-            self._test, self._end_s = MotorTest(self._test.thruster, NEUTRAL_US, 0.0), math.inf
-            self._due_s = now_s
-        if now_s < self._due_s:
-            return []
-        self._due_s = now_s + REPEAT_S
-        system, _ = self._target
-        sticks = dialect.MAVLink_manual_control_message(system, 0, 0, STICK_CENTRE, 0, 0)
-        return [self._test.message(*self._target, first=0), sticks, *self._asked(now_s)]
-
-    def _asked(self, now_s: float) -> list[Any]:
-        if now_s < self._ask_s:
-            return []
-        self._ask_s = now_s + ASK_EVERY_S
-        wanted, every_us = dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, SERVO_EVERY_US
-        interval = dialect.MAVLink_command_long_message(
-            *self._target, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 0, wanted, every_us, 0, 0, 0, 0, 0
-        )
-        return [ground_heartbeat(), interval]
-
+from gcs_plugin.doctor.motor_orders import HeldOrders, MotorTest
+from gcs_plugin.doctor.pulse_plan import LEAST_GAP_S, PlannedPulse
+from gcs_plugin.peers import GROUND_STATION, Heartbeat, Peers, Source, heartbeat_of
 
 POLL_S: Final = 0.02
-WITHIN_S: Final = 5.0
-CERTAIN_BEATS: Final = 2
-"""HEARTBEATs in a row that must say disarmed: the first may be older than an order to arm that is still on its way."""
-
-
-def arm(link: Link, clock: Clock, target: Source) -> None:
-    """Arm the vehicle `target` (system, component).
-
-    Raises LinkError if it refuses, LinkTimeout if it does not answer within WITHIN_S.
-    """
-    awaited = "an answer to the order to arm"
-    number = dialect.MAV_CMD_COMPONENT_ARM_DISARM
-    result = Asking(link, clock, target).command(number, 1.0, seconds=WITHIN_S, awaited=awaited)
-    if result != dialect.MAV_RESULT_ACCEPTED:
-        raise LinkError(f"{link.name}: the vehicle refused to arm (answer {result}); see what it says")
-
-
-def disarm(link: Link, clock: Clock, target: Source) -> None:
-    """Disarm the vehicle `target`. Its HEARTBEATs are believed, since a late answer may be to the order to arm.
-
-    Raises LinkTimeout if they do not say so within WITHIN_S.
-    """
-    in_a_row = 0
-
-    def is_disarmed(message: Any) -> bool | None:
-        nonlocal in_a_row
-        if message.get_type() == "HEARTBEAT":
-            armed = message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED
-            in_a_row = 0 if armed else in_a_row + 1
-        return in_a_row >= CERTAIN_BEATS or None
-
-    number = dialect.MAV_CMD_COMPONENT_ARM_DISARM
-    order = dialect.MAVLink_command_long_message(*target, number, 0, 0, 0, 0, 0, 0, 0, 0)
-    Asking(link, clock, target).until(is_disarmed, WITHIN_S, order, "a HEARTBEAT that says disarmed")
-
-
 ANSWER_S: Final = 1.0
 TRIES: Final = 3
 SILENCE_S: Final = 3.0

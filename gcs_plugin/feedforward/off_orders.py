@@ -1,9 +1,9 @@
-"""The marks of OFF orders on this computer.
+"""The OFF orders of all programs on this computer, marked in files that they share.
 
-OFF wins: a program that raises the feed-forward yields to one that orders OFF meanwhile. It would see that order only
-through the vehicle's reports, which may be the same as before. So a program that sends OFF first touches a small file
-for the system. Whether that file was touched since is what counts, by the clock of this computer only for the moments
-in which a program starts.
+OFF wins: a program that raises the feed-forward gives up if another orders OFF meanwhile. The vehicle's reports may not
+show that order, since they can be the same as before. So a program touches a small file, one per vehicle system, just
+before it sends OFF, and others look whether the file was touched since they started. The computer's clock matters only
+for orders in the moments in which a program starts: everything later is told from a change of the file's time.
 """
 
 import math
@@ -19,7 +19,7 @@ from bridge.vehicle.parameters import MODE
 from gcs_plugin.recording.state import state_file
 
 WAIT_S: Final = 0.05
-"""A stalled disk delays OFF by no more than this; the mark then follows later."""
+"""A stalled disk delays OFF by no more than this; the mark is then made later."""
 _NAME: Final = "off-ordered-"
 
 TICK_NS: Final = 10_000_000
@@ -59,8 +59,8 @@ class OffOrders:
             name: at_ns for name, at_ns in marks.items() if at_ns is None or not began_ns <= at_ns <= now_ns
         }
 
-    def given(self, system: int) -> bool:
-        """Whether any program on this computer has ordered OFF for a system since."""
+    def has_ordered_off(self, system: int) -> bool:
+        """Whether any program on this computer has ordered OFF for that system since then."""
         file = _file_of(system)
         return _touched(file) != self._before.get(file.name)
 

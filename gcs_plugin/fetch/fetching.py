@@ -18,7 +18,7 @@ from bridge.wire.framing import Encoder, Framer
 from bridge.wire.ftp import DATA_BYTES, Fault, Op, Packet, decode
 from bridge.wire.segments import Segment
 from gcs_plugin.fetch.mirror import Mirror, Stretch
-from gcs_plugin.fetch.requests import MOST_AT_ONCE, MOST_SEGMENTS, Listed, Listing, Requests
+from gcs_plugin.fetch.requests import MOST_AT_ONCE, MOST_SEGMENTS, Listing, Requests, SegmentListing
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 
 MOST_TRIES: Final = 3
@@ -107,7 +107,7 @@ class Fetching:
             self._newest = listing[-1][0]
         self._held = sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
         # The missing bytes, plus the size of all segments for the recording that is made from them.
-        self._mirror.need(2 * self.total_bytes - self._held)
+        self._mirror.require_space(2 * self.total_bytes - self._held)
         for segment, size in self.chosen:
             self._segment, self._size = segment, size
             try:
@@ -120,7 +120,7 @@ class Fetching:
 
     def _list(self) -> Steps[Listing | None]:
         """The vehicle's list; None with `fault` if it has none, or one without end."""
-        listed = Listed()
+        listed = SegmentListing()
         while True:
             self._requests.ask("list", Packet(0, 0, Op.LIST, 1, offset=listed.index, data=b"/"))
             answer = yield
@@ -224,7 +224,7 @@ class Fetching:
             answer = yield from self._ask("compare", Packet(0, self._session, Op.READ, size, offset=at))
             data = answer.packet.data
             answered = answer.fault is None and answer.packet.offset == at and len(data) == size
-            if answered and data == self._mirror.piece(name, at, size):
+            if answered and data == self._mirror.read(name, at, size):
                 self._doubted[-1:] = [(at + size, left - size)] if left > size else []
                 self._nearer()
             elif answered or answer.fault is Fault.END:

@@ -18,7 +18,7 @@ from bridge.locks import holder_of
 from bridge.wire.framing import Frame, decode
 from bridge.wire.whole_recording import WHOLE, with_unmerged_frames
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch.merging import Whole, made_whole, write_records
+from gcs_plugin.fetch.merging import MergedRecording, merge_recordings, write_records
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.locks import LOOK_EVERY_S, is_being_written
 from gcs_plugin.recording.state import Holding, held, held_second, hung
@@ -124,9 +124,9 @@ def refuse_recorded(folder: DiveFolder, now_unix_s: float, again: str) -> None:
 
 
 def remade(
-    folder: DiveFolder, source: tuple[int, int], make: Callable[[Sequence[Path]], Whole], again: str
-) -> Whole:
-    """Apply `make` to the dive's recordings and put the result in the dive's folder; `source` as in `made_whole`.
+    folder: DiveFolder, source: tuple[int, int], make: Callable[[Sequence[Path]], MergedRecording], again: str
+) -> MergedRecording:
+    """Apply `make` to the dive's recordings and put the result in the dive's folder; `source` as in `merge_recordings`.
 
     Raises LogError as `make` does, and if a recording grew meanwhile; the previous whole recording then stays
     unchanged.
@@ -143,15 +143,15 @@ def remade(
     return made
 
 
-def renew(folder: DiveFolder, source: tuple[int, int]) -> Whole | None:
+def renew(folder: DiveFolder, source: tuple[int, int]) -> MergedRecording | None:
     """Add frames of the dive's other recordings to its whole one; None if that is missing or lacks nothing.
 
-    Raises LogError as `made_whole` does.
+    Raises LogError as `merge_recordings` does.
     """
     whole = folder.path / WHOLE
     if not with_unmerged_frames([*folder.heard(), *folder.telemetry()]):
         return None
-    made = made_whole(folder.heard(), [whole], source)
+    made = merge_recordings(folder.heard(), [whole], source)
     write_records(whole, made.records)
     return made
 

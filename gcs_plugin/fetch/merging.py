@@ -23,7 +23,7 @@ from bridge.files import PART, replacing, size_to_read
 from bridge.wire.clock_line import ClockLine
 from bridge.wire.framing import Frame, message_id_at
 from bridge.wire.segments import segment_named
-from bridge.wire.tlog import GZIP, TlogReader, load_recording, of_those_that_hold_frames, read_tlog, record_of
+from bridge.wire.tlog import GZIP, TlogReader, each_nonempty, load_recording, read_tlog, record_of
 from gcs_plugin.fetch.clock_alignment import STEP_US, Anchor, Kept, put_on
 from gcs_plugin.fetch.merge_order import Hole, as_sent, holes_in, lost_in
 from gcs_plugin.fetch.mirror import damaged_before
@@ -51,18 +51,23 @@ Dated = tuple[int, bytes]
 
 
 @dataclass(frozen=True)
-class Whole:
-    """The merged recording: how many frames the ground had heard of the vehicle, and how many were missing.
+class MergedRecording:
+    """The merged recording of a dive.
 
-    `common`: number of frames in both. `share`: for each type of message that states its time and is in both, the
-    share of the messages heard, between the first and the last common one, that the vehicle's recording also has; the
-    least over the types. `beyond`: number of the vehicle's frames sent before the first or after the last that the
-    ground heard; they are left out. `damaged`: number of places in the vehicle's recording without a readable frame;
-    `damaged_beyond`: number of further places that certainly lie before or after the dive. `clock`: the clock on
-    board against the ground's, from the boot with the most common frames; `guessed`: number of the vehicle's frames in
-    boots without a common frame. `holes`: times in which neither has a frame; `lost`: number of frames that both lack
-    outside the holes, by the vehicle's sequence numbers; 0 if it sent files meanwhile, because those frames are not
-    kept.
+    records: Unix time in microseconds and raw frame, in order.
+    heard: number of the vehicle's frames that the ground had.
+    missing: number that only the vehicle's recording had.
+    common: number of frames in both.
+    share: of the messages heard between the first and the last common one, the share that the vehicle's recording also
+        has. Counted for each type of message that states its time and is in both; the least over these types.
+    beyond: number of the vehicle's frames sent before the first or after the last that the ground heard, left out.
+    damaged: number of places in the vehicle's recording without a readable frame.
+    damaged_beyond: number of further such places that certainly lie before or after the dive.
+    clock: the clock on board against the ground's, from the boot with the most common frames.
+    guessed: number of the vehicle's frames in boots without a common frame.
+    holes: times in which neither recording has a frame.
+    lost: number of frames that both lack outside the holes, by the vehicle's sequence numbers; 0 if it sent files
+        meanwhile, because those frames are not kept.
     """
 
     records: list[Dated]
@@ -95,7 +100,7 @@ class RingFrames:
         for path in self._files:
             segment = segment_named(path.name.removesuffix(PART))
             try:
-                if segment is not None and is_folded(path):
+                if segment is not None and _is_gzip(path):
                     raise NothingRecorded(f"{path}: is no recording of a ring")
                 reader = TlogReader(path)
             except NothingRecorded:
@@ -109,7 +114,7 @@ class RingFrames:
                 self.damaged += [begins + before for before in damaged_before(load_recording(path)[0])]
 
 
-def is_folded(path: Path) -> bool:
+def _is_gzip(path: Path) -> bool:
     """Whether the file is gzip. No ring writes gzip, and a vehicle's gzip file may unfold without end."""
     try:
         if size_to_read(path) is None:
@@ -120,9 +125,9 @@ def is_folded(path: Path) -> bool:
         return False
 
 
-def made_whole(
+def merge_recordings(
     ground: Sequence[Path], ring: Sequence[Path], source: tuple[int, int], strangers: str = STRANGERS
-) -> Whole:
+) -> MergedRecording:
     """Merge both recordings of one dive; `source` is the vehicle's system and component.
 
     Raises LogError if a file can't be read or a clock was set while it ran; with the sentence `strangers`, if they have
@@ -130,7 +135,7 @@ def made_whole(
     """
     aboard = RingFrames(ring)
     kept = _once(aboard)
-    heard = [record for records in of_those_that_hold_frames(ground, _forward) for record in records]
+    heard = [record for records in each_nonempty(ground, _forward) for record in records]
     places: dict[bytes, list[int]] = defaultdict(list)
     for place, frame_aboard in enumerate(kept):
         places[frame_aboard.raw].append(place)
@@ -170,7 +175,7 @@ def made_whole(
         frame.message_id == _TRANSFER and (frame.system, frame.component) == source for _, frame in heard
     )
     damaged = _within(aboard.damaged, kept, dated, (first, last), strange_us)
-    return Whole(
+    return MergedRecording(
         records,
         copies + len(strange_us),
         span - len(both),

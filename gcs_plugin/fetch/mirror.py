@@ -1,8 +1,8 @@
-"""The ground's copy of vehicles' rings: each segment under its own name, so that no byte is fetched twice.
+"""The ground's copy of the segments that a vehicle recorded: each under its own name, so that no byte is fetched twice.
 
-An incomplete segment is a `.part`: its beginning without a gap, whenever the program ends. A `.other-N` is a complete
-segment whose name the vehicle now uses for a different one. Bytes that no frame's checksum confirms are `doubtful`:
-only the vehicle can say whether it has the same.
+A `.part` is a segment that is not complete: it holds the first bytes of the segment without a gap, whenever the program
+was killed. A `.other-N` is a complete segment whose name the vehicle now uses for a different one. Bytes that no
+frame's checksum confirms are `doubtful`: only the vehicle can say whether it has the same.
 """
 
 import contextlib
@@ -21,11 +21,11 @@ from bridge.wire.ftp import crc32
 from bridge.wire.tlog import MOST_BYTES, STAMP_BYTES, next_record
 
 Stretch = tuple[int, int]
-"""Offset and length in bytes."""
+"""A stretch of bytes: offset and length."""
 
 
 def doubtful(data: bytes) -> list[Stretch]:
-    """Return all stretches that are no intact records, by offset: damage, impossible stamps, unknown frame types.
+    """Return the stretches of bytes between intact records, by offset: damage, impossible stamps, unknown frame types.
 
     A ring writes complete records back to back, so most segments have no such stretch.
     """
@@ -70,7 +70,7 @@ class Mirror:
         self._folder = folder
 
     @contextlib.contextmanager
-    def alone(self) -> Iterator[None]:
+    def locked(self) -> Iterator[None]:
         """Keep other processes from writing to the mirror; the system releases the lock if this process is killed.
 
         Raises LogError if another process holds the lock, or the lock file can't be written.
@@ -101,7 +101,7 @@ class Mirror:
         except OSError as error:
             raise _unwritten(path, error) from None
 
-    def need(self, more: int) -> None:
+    def require_space(self, more: int) -> None:
         """Raise LogError if the disk has no room for `more` bytes: nothing can be recorded on a full disk."""
         place = next(folder for folder in (self._folder, *self._folder.parents) if folder.exists())
         free = shutil.disk_usage(place).free
@@ -129,6 +129,7 @@ class Mirror:
         return is_own_file(self._folder / name)
 
     def append(self, name: str, data: bytes) -> None:
+        """Add bytes to the end of an incomplete segment."""
         path = self._folder / (name + PART)
         try:
             with self._opened(path.name) as file:
@@ -144,7 +145,7 @@ class Mirror:
                 crc = crc32(data, crc)
         return crc
 
-    def piece(self, name: str, at: int, size: int) -> bytes:
+    def read(self, name: str, at: int, size: int) -> bytes:
         """Read `size` bytes of a segment at offset `at`. Raises LogError if it can't be read."""
         path = self.path(name)
         try:

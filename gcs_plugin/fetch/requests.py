@@ -1,4 +1,4 @@
-"""MAVLink FTP requests under way over a bad link, and the vehicle's list of its segments that they collect.
+"""MAVLink FTP requests under way over a bad link, and the vehicle's listing of its segments, collected from them.
 
 Each request is sent again until answered, and each answer counts once. Does no I/O: packets and times go in, packets
 come out. Every transmission has its own sequence number, and the answer is recognised by it. So the round trip is
@@ -23,7 +23,9 @@ LONGEST_WAIT_S: Final = 4.0
 
 
 @dataclass
-class _Asked:
+class _Pending:
+    """A request without an answer yet: when it was last sent, and the numbers by which its answer is recognised."""
+
     packet: Packet
     sent_s: float = float("-inf")
     sequences: list[int] = field(default_factory=list)
@@ -33,19 +35,19 @@ class Requests:
     """Unanswered requests, each under a key that the caller chose."""
 
     def __init__(self, now_s: float) -> None:
-        self._open: dict[Hashable, _Asked] = {}
+        self._open: dict[Hashable, _Pending] = {}
         self._new: deque[Hashable] = deque()
         self._sent: dict[int, tuple[Hashable, float]] = {}
         self._sequence = 0
         self._round_trip_s: float | None = None
-        self._allowed, self._earned_s = float(MOST_AT_ONCE), now_s
+        self._tokens, self._filled_s = float(MOST_AT_ONCE), now_s  # a token bucket, in requests
 
     def __len__(self) -> int:
         return len(self._open)
 
     def ask(self, key: Hashable, packet: Packet) -> None:
         """Send a packet, each time with a new sequence number, until it is answered."""
-        self._open[key] = _Asked(packet)
+        self._open[key] = _Pending(packet)
         self._new.append(key)
 
     def forget(self) -> None:
@@ -62,31 +64,33 @@ class Requests:
         return min(max(2.0 * self._round_trip_s, LEAST_WAIT_S), LONGEST_WAIT_S)
 
     def tick(self, now_s: float) -> list[Packet]:
-        earned = max(0.0, now_s - self._earned_s) * MOST_A_S
-        self._allowed, self._earned_s = min(float(MOST_AT_ONCE), self._allowed + earned), now_s
+        """Return the packets to send now: the overdue requests again, then new ones, within the allowed rate."""
+        filled = max(0.0, now_s - self._filled_s) * MOST_A_S
+        self._tokens, self._filled_s = min(float(MOST_AT_ONCE), self._tokens + filled), now_s
         late = [key for key, req in self._open.items() if req.sequences and now_s - req.sent_s >= self.wait_s]
         out = []
-        while self._allowed >= 1.0 and (late or self._new):
+        while self._tokens >= 1.0 and (late or self._new):
             key = late.pop(0) if late else self._new.popleft()
-            asked = self._open.get(key)
-            if asked is None:
+            pending = self._open.get(key)
+            if pending is None:
                 continue
             self._sequence = self._sequence + 1 & 0xFFFF
-            self._sent[self._sequence + 1 & 0xFFFF] = key, now_s
-            asked.sequences.append(self._sequence + 1 & 0xFFFF)
-            asked.sent_s = now_s
-            self._allowed -= 1.0
-            out.append(replace(asked.packet, sequence=self._sequence))
+            answer_sequence = self._sequence + 1 & 0xFFFF  # an answer bears the number of its request plus 1
+            self._sent[answer_sequence] = key, now_s
+            pending.sequences.append(answer_sequence)
+            pending.sent_s = now_s
+            self._tokens -= 1.0
+            out.append(replace(pending.packet, sequence=self._sequence))
         return out
 
     def answered(self, packet: Packet, now_s: float) -> Hashable | None:
         """Return the key of the request that this packet answers; None if it answers none."""
         key, sent_s = self._sent.get(packet.sequence, (None, now_s))
-        asked = self._open.get(key) if key is not None else None
-        if asked is None or packet.request != asked.packet.op:
+        pending = self._open.get(key) if key is not None else None
+        if pending is None or packet.request != pending.packet.op:
             return None
         del self._open[key]
-        for sequence in asked.sequences:
+        for sequence in pending.sequences:
             self._sent.pop(sequence, None)
         took_s = now_s - sent_s
         before_s = took_s if self._round_trip_s is None else self._round_trip_s
@@ -103,8 +107,8 @@ MOST_BYTES: Final = 0xFFFFFFFF
 _SIZE_DIGITS: Final = 10
 
 
-class Listed:
-    """The entries listed so far; `index` is the index of the next entry to request."""
+class SegmentListing:
+    """The vehicle's segments, as far as they are listed; `index` is that of the next entry to request."""
 
     def __init__(self) -> None:
         self.index = 0

@@ -19,7 +19,7 @@ from bridge.links.link import memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
-from gcs_plugin.dives.split_recording import FULL, RecordedDive, RecordedDives
+from gcs_plugin.dives.recorded_dives import FULL, RecordedDive, RecordedDives
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held

@@ -83,7 +83,7 @@ class Switching:
         switch.twins = next((fault for system in systems if (fault := self._fleet.peers.fault(system))), "")
         if switch.mode is not Mode.OFF:
             switch.overruled = switch.overruled or any(
-                self._orders.given(n) for n in switch.waits_for or systems
+                self._orders.has_ordered_off(n) for n in switch.waits_for or systems
             )
         messages = switch.tick(now_s)
         self._marks.mark(messages)

@@ -18,7 +18,7 @@ from gcs_plugin.dives.folder import DiveFolder, conditions_of, vehicle_named
 from gcs_plugin.dives.recordings import began, first_stamp_s
 from gcs_plugin.job import Job
 from gcs_plugin.params.identified import write_identified
-from gcs_plugin.params.last_accepted import in_force
+from gcs_plugin.params.last_accepted import model_in_force
 from gcs_plugin.params.sidecar import sidecar_path
 
 MODULE: Final = "identify.run"
@@ -210,7 +210,7 @@ def _in_force(dive: Path, vehicle: str, receipts: str) -> list[str]:
     unix_s = began(dive) if dive.is_dir() else first_stamp_s(dive)
     if unix_s is None:
         return []
-    model = in_force(Path(receipts), file.vehicle.name, file.configuration, utc_text(unix_s))
+    model = model_in_force(Path(receipts), file.vehicle.name, file.configuration, utc_text(unix_s))
     if model is None or not model.sidecar.effects:
         return []
     return ["--in-force", str(sidecar_path(model.path)), "--since", model.since]

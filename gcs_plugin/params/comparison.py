@@ -10,17 +10,8 @@ from typing import Any
 from bridge import schema
 from bridge.vehicle.parameters import MODE
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import (
-    Plan,
-    Row,
-    Verdict,
-    acting,
-    acting_text,
-    coefficient_of,
-    is_unset,
-    unit_of,
-    word_for,
-)
+from gcs_plugin.params.meaning import acting, acting_text, coefficient_of, is_unset, unit_of, word_for
+from gcs_plugin.params.plan import Plan, Row, Verdict
 from gcs_plugin.params.plausible import half_a_model, other_half
 from gcs_plugin.params.sidecar import Interval, Sidecar
 from gcs_plugin.params.wanted import CONVERGED

@@ -90,7 +90,7 @@ def _value(name: str, word: str, where: str) -> float:
     if value == 0.0 and word.lower().partition("e")[0].strip("+-0."):
         raise ParamRejected(f"{where}: {name} is {_shown(word)}, too small for any number; mend that line")
     try:
-        return float32.given(value)
+        return float32.from_user(value)
     except ValueError as error:
         raise ParamRejected(f"{where}: {name}: {error}; mend that line") from None
 

@@ -19,7 +19,7 @@ def rounded(value: float) -> float:
         raise ValueError(f"{value:g} does not fit a float32 (largest {LARGEST:.6g})") from None
 
 
-def given(value: float) -> float:
+def from_user(value: float) -> float:
     """The nearest float32 of a user's value.
 
     Raises ValueError for a value without a finite float32, and for a nonzero value that would round to 0, since 0 means

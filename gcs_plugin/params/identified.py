@@ -95,7 +95,7 @@ def parameters_from_identification(data: Mapping[str, Any], veh_cfg: int) -> dic
                 f"{coefficient.high:g}; nothing of this identification is fit to send"
             )
         try:
-            targets[coefficient.parameter_id(veh_cfg)] = float32.given(value)
+            targets[coefficient.parameter_id(veh_cfg)] = float32.from_user(value)
         except ValueError as error:
             raise ParamRejected(f"{coefficient.name}: {error}; identify again") from None
     valueless = {estimate.name for estimate in estimates if estimate.value is None}

@@ -7,17 +7,14 @@ a roll back to a file of another name takes back all uploads.
 """
 
 import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from bridge.errors import ParamError, ParamRejected
-from bridge.text import typed
-from bridge.vehicle.parameters import ACTIVE
-from gcs_plugin.params import float32
 from gcs_plugin.params.files import read_parameters, write_parameters
-from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.meaning import coefficient_of
 from gcs_plugin.params.receipt import BEFORE, WANTED, PastUpload, Receipt, kept_in, path_of, receipt_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_with_sidecar
 from gcs_plugin.params.transfer import Outcome
@@ -26,7 +23,6 @@ ACCEPTED: Final = "-accepted.param"
 
 _HELD: Final = (Outcome.APPLIED, Outcome.SAME)
 _OPEN: Final = (Outcome.BEGUN, Outcome.UNVERIFIED)
-_AS_BEFORE: Final = (Outcome.NOT_SENT, Outcome.REFUSED, Outcome.ROLLED_BACK)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,7 +111,7 @@ class InForce:
     sidecar: Sidecar
 
 
-def in_force(
+def model_in_force(
     receipts: Path, vehicle: str, configuration: str | None = None, at_utc: str = ""
 ) -> InForce | None:
     """The model of a vehicle's configuration, by the names in its file, that stood at a time; None if none did, or if
@@ -226,25 +222,6 @@ def rolled_back(receipts: Path, system: int | None = None) -> PastUpload | None:
     return newest if newest is not None and newest.restores and newest.outcome in _HELD else None
 
 
-def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
-    """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
-    the values on its vehicle.
-    """
-    held: dict[int, set[str]] = {}
-    settled: set[int] = set()
-    for kept in reversed(kept_in(receipts, system)):
-        if kept.system in settled:
-            continue
-        of_vehicle = held.setdefault(kept.system, set())
-        if kept.outcome is Outcome.BEGUN and not of_vehicle >= set(kept.written):
-            return kept
-        if kept.outcome is Outcome.SAME and not kept.restores:
-            of_vehicle |= set(kept.targets)
-        elif kept.outcome not in _AS_BEFORE:
-            settled.add(kept.system)
-    return None
-
-
 def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
     """The uploads among receipts, in their order, that no later roll back has undone."""
     standing: list[PastUpload] = []
@@ -257,44 +234,3 @@ def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
             taken = {upload.time for upload in begun[place:] if upload.system == kept.system}
             standing = [upload for upload in standing if upload.time not in taken]
     return standing
-
-
-def reminder(left: PastUpload, present: Mapping[str, float]) -> tuple[str, ...]:
-    """Lines for the crew about an unfinished upload.
-
-    `present` are the values on the vehicle now, empty if it was not read yet.
-    """
-    kind = "roll back" if left.restores else "upload"
-    lines = [f"warning: the {kind} that was begun at {left.time} was never finished{_state(left, present)}"]
-    if left.restores:
-        finish, undo = (typed("params", "rollback", path) for path in (left.restores, left.preimage))
-        return (*lines, f"finish it: {finish}; or take it back: {undo}")
-    finish = typed("params", "upload", path_of(left.preimage, WANTED))
-    return (*lines, f"finish it: {finish}; or go back: params rollback")
-
-
-def _state(left: PastUpload, present: Mapping[str, float]) -> str:
-    if not present:
-        return ""
-    there = sum(
-        name in present and float32.same(present[name], value) for name, value in left.written.items()
-    )
-    words = f": of its {len(left.written)} values {there} are on the vehicle"
-    active = present.get(ACTIVE)
-    if left.active_crc is None or active is None:
-        return words
-    if active == left.active_crc == 0:
-        return f"{words}, and no set is in force"
-    if float32.same(active, float(left.active_crc)):
-        return f"{words}, and its set {left.active_crc} flies"
-    return (
-        f"{words}, and none of them flies: set {active:.0f} does"
-        if there
-        else f"{words}; set {active:.0f} flies"
-    )
-
-
-def belongs(left: PastUpload, file: Path) -> bool:
-    """Whether uploading `file` finishes the upload or takes it back: then no message is needed."""
-    remedies = (left.preimage, path_of(left.preimage, WANTED), Path(left.restores or left.preimage))
-    return file.resolve() in {path.resolve() for path in remedies}

@@ -1,9 +1,8 @@
-"""The plan of an upload, made before anything is sent: lines that change, are set already or can't be written.
+"""The plan of an upload, made before anything is sent: which lines change, are set already or can't be written.
 
-With it, notes on values in staging that a vehicle does not fly.
+Also notes on a staged set that the vehicle does not fly.
 """
 
-import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
@@ -11,12 +10,12 @@ from enum import Enum
 from typing import Final
 
 from bridge.errors import ParamRejected, ParamUnknown
-from bridge.vehicle.coefficients import COEFFICIENTS, MASSES, OF_ANY_VEHICLE, Coefficient, EffectCoefficient
-from bridge.vehicle.mode import Mode, word_of
-from bridge.vehicle.parameters import ACTIVE, COMMIT, LEAST_DAMPING_PER_S, MODE, VERSION, set_crc
+from bridge.vehicle.coefficients import EffectCoefficient
+from bridge.vehicle.mode import Mode
+from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, VERSION, set_crc
 from gcs_plugin.params import float32
+from gcs_plugin.params.meaning import is_staged, objection, part_of_set
 
-MODE_WORDS: Final = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)
 READ_ONLY: Final = {
     COMMIT: "the upload raises it itself, last of all",
     ACTIVE: "the vehicle alone says which set is active",
@@ -26,12 +25,7 @@ READ_ONLY: Final = {
 HULL: Final = "FF_HULL"
 """The applet's mark of the hull that the set in force was committed on."""
 NO_HULL: Final = 0.0
-NOT_SET: Final = "not set"
 ACCEPT_IMPLAUSIBLE: Final = "--accept-implausible"
-
-_STAGED = re.compile(r"FF(\d+)_(.+)")
-_COEFFICIENTS: Final[tuple[Coefficient | EffectCoefficient, ...]] = (*COEFFICIENTS, *OF_ANY_VEHICLE.values())
-_BY_ID: Final = {coefficient.name.upper(): coefficient for coefficient in _COEFFICIENTS}
 
 
 class Verdict(Enum):
@@ -163,81 +157,11 @@ class Plan:
             )
 
 
-def part_of_set(name: str) -> tuple[int, Coefficient | EffectCoefficient] | None:
-    """Configuration (VEH_CFG) and coefficient that a parameter holds, None for other parameters."""
-    match = _STAGED.fullmatch(name)
-    coefficient = _BY_ID.get(match[2]) if match else None
-    return None if match is None or coefficient is None else (int(match[1]), coefficient)
-
-
-def coefficient_of(name: str) -> Coefficient | EffectCoefficient | None:
-    """The coefficient that a parameter holds, None for other parameters."""
-    part = part_of_set(name)
-    return None if part is None else part[1]
-
-
-def unit_of(name: str) -> str:
-    """The SI unit of a parameter, "1" for a dimensionless number, "" if it holds no coefficient."""
-    coefficient = coefficient_of(name)
-    return coefficient.unit if coefficient is not None else ""
-
-
-def acting(name: str, value: float) -> float:
-    """The value by which a vehicle with this parameter acts: a gain of 0 is not set, and acts as a gain of 1."""
-    coefficient = coefficient_of(name)
-    return coefficient.neutral if value == 0.0 and isinstance(coefficient, EffectCoefficient) else value
-
-
-def acting_text(name: str, value: float | None) -> str:
-    """Text of the value that a vehicle acts by; `-` for no value."""
-    if value is None:
-        return "-"
-    return word_for(name, value) or value_text(acting(name, value))
-
-
-def word_for(name: str, value: float) -> str:
-    """The word that stands for a value: of a mode its own, of a mass or damping of 0 that it is not set; else ""."""
-    if name == MODE:
-        return word_of(value)
-    return NOT_SET if is_unset(name, value) else ""
-
-
-def is_unset(name: str, value: float) -> bool:
-    """Whether 0 means that a parameter of the hull has no value: no hull has zero mass or damping."""
-    return value == 0.0 and isinstance(coefficient_of(name), Coefficient)
-
-
-def is_staged(name: str) -> bool:
-    """Whether a parameter belongs to the vehicle's staged set, which takes effect with a commit."""
-    return coefficient_of(name) is not None
-
-
-def objection(name: str, value: float) -> str:
-    """Why a vehicle must not get this value (not a mode, or out of range), "" if it may."""
-    if name == MODE and value not in set(Mode):
-        return f"{value:g} is not one of {MODE_WORDS}"
-    coefficient = coefficient_of(name)
-    if coefficient is None or value == 0.0:
-        return ""  # 0 is how the vehicle says "not set": a pre-image may hold it
-    low = _least(coefficient)
-    if low <= value <= coefficient.high:
-        return ""
-    unit = "" if coefficient.unit == "1" else f" {coefficient.unit}"
-    return f"{value:g} is outside {low:g} to {coefficient.high:g}{unit}"
-
-
-def _least(coefficient: Coefficient | EffectCoefficient) -> float:
-    """Least value of a coefficient on any vehicle, besides 0; for a damping it follows from the least mass."""
-    if not isinstance(coefficient, Coefficient) or coefficient.kind != "damping":
-        return coefficient.low
-    return LEAST_DAMPING_PER_S * MASSES[coefficient.dof].low
-
-
 def make_plan(targets: Mapping[str, float], present: Mapping[str, float]) -> Plan:
     """Make the plan that brings a vehicle that holds `present` to `targets`."""
     rows = tuple(_row(name, target, present) for name, target in targets.items())
     after = {**present, **{row.name: row.target for row in rows if row.verdict is Verdict.CHANGED}}
-    if in_force(present) is False and in_force(after) is False:
+    if staged_is_in_force(present) is False and staged_is_in_force(after) is False:
         rows = tuple(_waiting(row, present[ACTIVE]) for row in rows)
     return Plan(rows, dict(present))
 
@@ -248,8 +172,8 @@ def staged_crc(present: Mapping[str, float]) -> int | None:
     return set_crc(staged) if staged and COMMIT in present and ACTIVE in present else None
 
 
-def in_force(present: Mapping[str, float]) -> bool | None:
-    """Whether the set that a vehicle holds in staging is the set that it flies; None if it takes no sets."""
+def staged_is_in_force(present: Mapping[str, float]) -> bool | None:
+    """Whether the staged set is the one that the vehicle flies; None for a vehicle that takes no sets."""
     crc = staged_crc(present)
     return None if crc is None else float32.same(present[ACTIVE], float(crc))
 
@@ -302,7 +226,7 @@ def _row(name: str, target: float, present: Mapping[str, float]) -> Row:
     now = present.get(name)
     try:
         # Adding zero turns -0 into the 0 that every vehicle stores.
-        value = float32.given(target) + 0.0
+        value = float32.from_user(target) + 0.0
     except ValueError as error:
         return Row(name, now, target, Verdict.REFUSED, str(error))
     if name in READ_ONLY:
@@ -327,18 +251,10 @@ def _waiting(row: Row, active: float) -> Row:
     return replace(row, verdict=Verdict.STAGED)
 
 
-def value_text(value: float) -> str:
-    """Shortest text of a value as float32; NaN and inf as Python prints them."""
-    try:
-        return float32.text(value)
-    except ValueError:
-        return str(value)
-
-
 def staging_notes(present: Mapping[str, float]) -> tuple[str, ...]:
     """A line for the crew if the vehicle's staged set is not the set in force; otherwise empty."""
     active = present.get(ACTIVE)
-    if in_force(present) is not False or active is None:
+    if staged_is_in_force(present) is not False or active is None:
         return ()
     if active != 0.0:
         return (

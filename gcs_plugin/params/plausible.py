@@ -15,7 +15,8 @@ from bridge.vehicle.forecast import TWICE, Credit
 from bridge.vehicle.mode import Mode, word_of
 from bridge.vehicle.parameters import LEAST_DAMPING_PER_S, MODE
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, Verdict, coefficient_of, part_of_set, value_text
+from gcs_plugin.params.meaning import coefficient_of, part_of_set, value_text
+from gcs_plugin.params.plan import TAKES_EFFECT, Plan, Row, Verdict
 from gcs_plugin.params.sidecar import Interval
 
 Z95: Final = 1.96

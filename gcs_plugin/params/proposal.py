@@ -12,20 +12,13 @@ from bridge.errors import ParamError, ParamUnknown
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.comparison import Compared, ComparedVehicle, Comparison, compared
-from gcs_plugin.params.last_accepted import (
-    belongs,
-    keep_accepted,
-    last_accepted,
-    reminder,
-    unfinished,
-    written_since,
-)
+from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, written_since
+from gcs_plugin.params.meaning import is_staged
 from gcs_plugin.params.plan import (
     HULL,
     NO_HULL,
     Plan,
     Verdict,
-    is_staged,
     make_plan,
     not_raised,
     obstacle,
@@ -38,6 +31,7 @@ from gcs_plugin.params.receipt import RECEIPT, Newest, Receipt, new_preimage, pa
 from gcs_plugin.params.session import Order
 from gcs_plugin.params.sidecar import sidecar_path
 from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.unfinished import belongs, reminder, unfinished
 from gcs_plugin.params.upload import Upload
 from gcs_plugin.params.wanted import Wanted
 from gcs_plugin.peers import Source

@@ -24,7 +24,8 @@ from bridge.locks import try_lock
 from bridge.plain import from_json, to_json
 from gcs_plugin.params import float32
 from gcs_plugin.params.files import replace_text, unwritten, write_parameters
-from gcs_plugin.params.plan import Plan, Verdict, acting_text, unit_of
+from gcs_plugin.params.meaning import acting_text, unit_of
+from gcs_plugin.params.plan import Plan, Verdict
 from gcs_plugin.params.sidecar import Sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.upload import Ending

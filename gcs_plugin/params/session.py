@@ -317,7 +317,7 @@ class Session:
         assert self._order is not None
         if self.armed and upload.needs_disarmed and not self._order.even_armed:
             upload.abort("the vehicle was armed during the upload", now_s)
-        if self._orders.given(self.vehicle[0]):
+        if self._orders.has_ordered_off(self.vehicle[0]):
             upload.overrule(now_s)
         sends = upload.tick(now_s)
         trouble = self._peers.fault(self.vehicle[0])

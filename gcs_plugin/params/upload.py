@@ -27,7 +27,8 @@ from typing import Final
 from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.deadline import DEADLINE_S, QUIET_S, RoundTrips, deadline_s
-from gcs_plugin.params.plan import HULL, Plan, Verdict, is_staged
+from gcs_plugin.params.meaning import is_staged
+from gcs_plugin.params.plan import HULL, Plan, Verdict
 from gcs_plugin.params.transfer import (
     Outcome,
     RestartScripts,

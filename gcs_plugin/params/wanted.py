@@ -9,7 +9,7 @@ from bridge.errors import ParamRejected, ParamUnknown
 from bridge.vehicle.coefficients import EffectCoefficient
 from gcs_plugin.params.files import read_parameters, system_of
 from gcs_plugin.params.identified import doubt_lines
-from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.meaning import coefficient_of
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar
 
 CONVERGED: Final = "converged"

@@ -19,7 +19,7 @@ from bridge.errors import LogError
 from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import OF_THE_CONTRACT, Reading
 from bridge.wire.readings import decode as decode_reading
-from bridge.wire.tlog import Record, of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import Record, each_nonempty, read_tlog
 from gcs_plugin.monitor.live import LiveGap
 
 PARAM_VALUE: Final[int] = dialect.MAVLINK_MSG_ID_PARAM_VALUE
@@ -68,7 +68,7 @@ class PastGap:
         if self._unwanted.wait(AFTER_S):
             return
         with suppress(LogError):
-            for records in of_those_that_hold_frames(self._recordings, self._loaded):
+            for records in each_nonempty(self._recordings, self._loaded):
                 since_s = time.monotonic()
                 for count, (_, frame) in enumerate(records, start=1):
                     take(self.gap, frame, self._system)

@@ -150,15 +150,21 @@ class Alarm:
 
 @dataclass(frozen=True)
 class Picture:
-    """The vehicle watched.
+    """The state of the watched vehicle at `now_s`.
 
-    `links`: its own senders first, the sender of the armed state before the others, then other systems, except those
-    that are long gone. `traces` by u v w p q r depth altitude heading voltage current, always complete. `said`: the
-    newest last. `active_set` is the number of the parameter set that it last said it flies (FF_ACTIVE), None if
-    unknown. `twins` says that two vehicles share its address, "" if none do; `configuration` is "" if unknown.
-    `stranger` says that the vehicle file is another vehicle's, "" if nothing speaks for it. `gap`: how far it departs
-    from its model, None if unknown, because of `lacks`. `hidden` says why who sends nothing may miss a companion, "" if
-    that holds for none. `alarms`: the gravest kind first; `unset`: kinds of alarm that are switched off.
+    links: the vehicle's own senders first, of these the one that says whether it is armed, then other systems, except
+        those that are long gone.
+    traces: by u v w p q r depth altitude heading voltage current, always complete.
+    active_set: number of the parameter set that it last said it flies (FF_ACTIVE); None if unknown.
+    configuration: "" if unknown.
+    said: texts of the vehicle, the newest last.
+    twins: says that two vehicles share its address; "" if none do.
+    wrong_file: says that the vehicle file is another vehicle's; "" if nothing speaks for it.
+    gap: how far it departs from its model; None if unknown, for the reason in `lacks`.
+    hidden: why a companion may be on board unheard while this program sends nothing; "" if none can be.
+    alarms: the gravest kind first.
+    unset: kinds of alarm that are switched off.
+    flies: the vehicle reports that it can fly plans by itself.
     """
 
     now_s: float
@@ -175,7 +181,7 @@ class Picture:
     configuration: str
     said: tuple[Said, ...]
     twins: str
-    stranger: str = ""
+    wrong_file: str = ""
     gap: Gap | None = None
     lacks: str = ""
     hidden: str = ""

@@ -28,8 +28,9 @@ from gcs_plugin.watch.channels import FROM_ANYONE, TELLING, Channel, StatusTexts
 from gcs_plugin.watch.link_rows import LinkRows
 from gcs_plugin.watch.past_gap import PastGap
 from gcs_plugin.watch.picture import Armed, LinkRow, Picture, Said
-from gcs_plugin.watch.quantities import Quantities, names_of, thruster_rows
 from gcs_plugin.watch.sensors import SENSORS, always, expected_hz, sensor_rows
+from gcs_plugin.watch.thruster_rows import thruster_names, thruster_rows
+from gcs_plugin.watch.traces import Traces
 
 TEXTS_KEPT: Final = 20
 TWICE_WITHIN_S: Final = 1.0
@@ -41,10 +42,11 @@ SETTLING_S: Final = 0.5
 however long it is silent."""
 
 PASSED_S: Final = 10.0
-"""A vehicle with fewer heartbeats, and none for this long, has passed by if another vehicle sends heartbeats."""
+"""A vehicle with fewer heartbeats than SETTLED_BEATS and none for this long only passed by: if another vehicle sends
+heartbeats, that one is watched."""
 
 SILENT_S: Final = 3.0
-"""Between two heartbeats, of a vehicle that was switched off and on, or dives anew."""
+"""A longer time between two heartbeats means that the vehicle was switched off and on, or begins another dive."""
 
 HAS_DATE_UNIX_S: Final = 1e9
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
@@ -62,11 +64,16 @@ _OTHERS: Final = (
 class Watcher:
     """Feed it every frame, of all links and both directions; ask it for a picture as often as needed.
 
-    `system` is the vehicle to watch; by default the vehicle of the file, otherwise the first that sends heartbeats,
-    unless it only passes by. `unix_at_zero_s` is Unix time minus the time of `feed`; without it, texts are dated by
-    the vehicle's clock. `peers` are all senders heard. `settings` are those of the alarms; `accepted(system)` returns
-    the parameters last uploaded, by id: the model in force as long as the vehicle itself states no others.
-    `recorded` returns the recordings of the dive so far, if it is recorded.
+    vehicle: the vehicle file, None if there is none.
+    system: the vehicle to watch; by default that of the file, otherwise the first that sends heartbeats, unless it
+        only passes by.
+    unix_at_zero_s: Unix time minus the time of `feed`; without it, texts are dated by the vehicle's clock.
+    settings: those of the alarms.
+    accepted: returns the parameters last uploaded to a system, by id: the model in force as long as the vehicle itself
+        states no others.
+    recorded: returns the recordings of the dive so far, none if it is not recorded.
+
+    `peers` are all senders heard.
     """
 
     def __init__(
@@ -96,7 +103,7 @@ class Watcher:
         self._beats_counted: dict[int, tuple[int, float]] = {}
         self._channels = {sensor.signal: Channel(sensor.says) for sensor in SENSORS}
         self._channels |= {signal: Channel(always) for signal in _OTHERS}
-        self._quantities = Quantities(self._vehicle, self._channels)
+        self._traces = Traces(self._vehicle, self._channels)
         self._recent: dict[tuple[Source, int], tuple[bytes, float]] = {}
         self._vehicle_unix_s = math.nan
         self._said: deque[Said] = deque(maxlen=TEXTS_KEPT)
@@ -115,7 +122,7 @@ class Watcher:
         return LiveGap(self._file, {} if system is None else self._accepted(system))
 
     def _look_back(self, system: int | None) -> None:
-        """Begin to read what the dive was before it is watched."""
+        """Begin to read the recording of the dive up to now, for the gap monitor."""
         self.close()
         if system is not None and self._file is not None and (recordings := self._recorded()):
             self._past_gap = PastGap(self._new_gap(system), system, recordings)
@@ -127,7 +134,7 @@ class Watcher:
             self._past_gap = None
 
     def _go_on_from_past(self) -> None:
-        """Once all that was is known, go on from there."""
+        """Once that recording is read, go on from its state."""
         if self._past_gap is not None and self._past_gap.ready:
             self._live_gap, self._past_gap = self._past_gap.up_to_now(), None
             for name, value in self._stated.items():
@@ -154,7 +161,7 @@ class Watcher:
                     self._past_gap.hear(reading)
             for signal, rank, values in heard(frame, reading):
                 if self._channels[signal].take((rank, frame.component), values, arrived_s):
-                    self._quantities.take(signal, values, arrived_s)
+                    self._traces.take(signal, values, arrived_s)
         if number == _SYSTEM_TIME:
             self._date(arrived_s)
         if from_vehicle:
@@ -170,7 +177,7 @@ class Watcher:
         self._go_on_from_past()
         commander = self._commander()
         beat = _SILENT_BEAT if commander is None else self._system_beats[commander]
-        channels, quantities = self._channels, self._quantities
+        channels, traces = self._channels, self._traces
         configuration = self._configuration()
         mode = _whole(channels["ff_mode"].values)
         if beat.armed or mode in (Mode.OFF, Mode.SHADOW):
@@ -189,10 +196,10 @@ class Watcher:
                 self._vehicle,
                 now_s,
                 hz,
-                quantities.locked_share(now_s),
+                traces.locked_share(now_s),
                 now_s - self._first_s,
             ),
-            traces=quantities.traces(now_s, hz),
+            traces=traces.now(now_s, hz),
             thrusters=thruster_rows(
                 channels["pwm"], channels["rpm"], self._thruster_names(configuration), now_s, hz
             ),
@@ -204,7 +211,7 @@ class Watcher:
             configuration=configuration,
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
-            stranger=self._stranger(),
+            wrong_file=self._wrong_file(),
             gap=self._live_gap.gap,
             lacks=self._live_gap.lacks,
             hidden=self._hidden(beat),
@@ -352,7 +359,7 @@ class Watcher:
             "nothing is sent here; seatrial record hears it, and watch by way of that"
         )
 
-    def _stranger(self) -> str:
+    def _wrong_file(self) -> str:
         """Why the vehicle file is not this vehicle's, "" for no reason: a configuration that it does not have."""
         veh_cfg, vehicle = _whole(self._channels["veh_cfg"].values), self._vehicle
         if veh_cfg is None or vehicle is None or veh_cfg in vehicle.by_veh_cfg:
@@ -366,7 +373,7 @@ class Watcher:
         if self._vehicle is None:
             return ()
         shapes = self._vehicle.configurations
-        return names_of(shapes[configuration or next(iter(shapes))])
+        return thruster_names(shapes[configuration or next(iter(shapes))])
 
 
 def _armed(beat: Heartbeat) -> Armed:

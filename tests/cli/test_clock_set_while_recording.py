@@ -13,7 +13,7 @@ from bridge.links.link import memory_pair
 from bridge.wire.framing import Encoder
 from bridge.wire.tlog import STAMP, TlogWriter, read_tlog
 from gcs_plugin.dives.folder import About
-from gcs_plugin.dives.split_recording import RecordedDives
+from gcs_plugin.dives.recorded_dives import RecordedDives
 from gcs_plugin.recording.recorder import Recorder
 from gcs_plugin.recording.state import held, hung
 from gcs_plugin.watch.watcher import Watcher

@@ -9,10 +9,10 @@ from bridge.errors import ConfigError
 from bridge.signing.key import read_key
 from bridge.wire.whole_recording import unmerged_words
 from gcs_plugin.doctor.pulses import confirm
-from gcs_plugin.params.last_accepted import reminder
 from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.unfinished import reminder
 from tui.commands.plan import joint
 from tui.unsent_diagnosis import how_to_send
 

@@ -102,7 +102,7 @@ def test_a_dive_of_which_the_vehicle_lost_a_part_too_has_another_exit_code(dive,
 
 def test_two_fetches_at_once_are_refused_and_the_second_sends_nothing(dive, folder, fetch, tmp_path, capsys):
     before = dive.world.now_s
-    with Mirror(tmp_path / "dives" / MIRROR).alone():
+    with Mirror(tmp_path / "dives" / MIRROR).locked():
         assert fetch()[0] == exit_codes.BAD_INPUT
     assert "another fetch is at work there; wait for its end" in capsys.readouterr().err
     assert dive.world.now_s == before

@@ -76,7 +76,7 @@ def test_each_frame_lies_in_exactly_one_of_both_dives_and_link_and_hub_stay_open
 def test_a_dive_goes_on_in_the_next_before_its_file_is_larger_than_any_that_is_read(
     tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("gcs_plugin.dives.split_recording.FULL_BYTES", 500)
+    monkeypatch.setattr("gcs_plugin.dives.recorded_dives.FULL_BYTES", 500)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     vehicle, out = TalkingVehicle(), tmp_path / "dives"
     try:

@@ -8,7 +8,7 @@ from fakes.vehicle import FakeVehicle
 
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.params.listing import Listing
-from gcs_plugin.params.plan import is_staged
+from gcs_plugin.params.meaning import is_staged
 from gcs_plugin.params.session import message_of, news_of
 from gcs_plugin.params.transfer import Outcome, Transfer
 from gcs_plugin.peers import GROUND_STATION, Peers

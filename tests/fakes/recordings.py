@@ -1,13 +1,13 @@
 """Contents of recordings."""
 
 from bridge.wire.segments import segments_in
-from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import each_nonempty, read_tlog
 
 
 def raws(*files):
     """The frames of recordings, one after the other; files that hold none are left out."""
     begun = [file for file in files if file.stat().st_size]
-    return [frame.raw for records in of_those_that_hold_frames(begun, read_tlog) for _, frame in records]
+    return [frame.raw for records in each_nonempty(begun, read_tlog) for _, frame in records]
 
 
 def ring_raws(folder):

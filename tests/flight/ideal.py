@@ -2,7 +2,7 @@
 
 import math
 
-from bridge.flight.flight import Flight, Seen, State
+from bridge.flight.flight import Flight, FlightInputs, State
 from bridge.flight.limits import FlightLimits
 from bridge.vehicle.legs import Leg
 from bridge.vehicle.navigation import Navigation
@@ -16,21 +16,21 @@ STILL = (Leg(8.0),)
 
 class Ideal:
     """Attributes are its state and its faults: `ground`, `dvl`, `imu`, `depth_sensor` False for one that is silent;
-    `touched`; `in_hand` False for thrusters in other hands; `tilt_rad`, `voltage_v`, `altitude_m`. A push moves it at
-    `pushed_m_s` along the axis of that push."""
+    `sticks_moved`; `in_command` False for thrusters in other hands; `tilt_rad`, `voltage_v`, `altitude_m`. A push moves
+    it at `pushed_m_s` along the axis of that push."""
 
     def __init__(self, limits=LIMITS, *, depth_m=1.5, sways=True):
         self.flight, self.limits = Flight(sways=sways), limits
         self.now_s, self.armed = 100.0, True
         self.ground = self.dvl = self.imu = self.depth_sensor = True
-        self.in_hand = True
-        self.touched, self.tilt_rad, self.voltage_v, self.altitude_m = False, 0.0, 16.0, 6.0
+        self.in_command = True
+        self.sticks_moved, self.tilt_rad, self.voltage_v, self.altitude_m = False, 0.0, 16.0, 6.0
         self.pushed_m_s = 0.0
         self.depth_m, self.heading_rad, self.velocity = depth_m, 0.5, (0.0, 0.0, 0.0)
         self.ground_s = self.dvl_s = self.imu_s = self.depth_s = self.now_s
         self.reference, self.was = None, []
 
-    def seen(self):
+    def inputs(self):
         self.ground_s = self.now_s if self.ground else self.ground_s
         self.dvl_s = self.now_s if self.dvl else self.dvl_s
         self.imu_s = self.now_s if self.imu else self.imu_s
@@ -46,15 +46,17 @@ class Ideal:
             self.velocity, self.dvl_s, (0.0, 0.0, 0.0), self.imu_s, attitude, self.heading_rad, self.imu_s,
             self.depth_m, self.depth_s, self.voltage_v, self.altitude_m, self.dvl_s,
         )  # fmt: skip
-        return Seen(self.now_s, navigation, self.armed, self.ground_s, self.touched, self.in_hand)
+        return FlightInputs(
+            self.now_s, navigation, self.armed, self.ground_s, self.sticks_moved, self.in_command
+        )
 
     def begin(self, depth_m=1.5, countdown_s=3.0):
-        return self.flight.begin(self.limits, depth_m, countdown_s, self.seen())
+        return self.flight.begin(self.limits, depth_m, countdown_s, self.inputs())
 
     def tick(self):
         """A tick of control: it moves as the reference wants."""
         self.now_s = round(self.now_s + TICK_S, 6)
-        self.reference = self.flight.step(self.seen())
+        self.reference = self.flight.step(self.inputs())
         if not self.was or self.was[-1] is not self.flight.state:
             self.was.append(self.flight.state)
         self.velocity = (0.0, 0.0, 0.0)
@@ -82,7 +84,7 @@ class Ideal:
         """It flies a manoeuvre."""
         assert self.begin() == ""
         self.until(State.WAITING)
-        assert self.flight.fly(legs, self.seen()) == ""
+        assert self.flight.fly(legs, self.inputs()) == ""
         self.run(1.0)
         assert self.flight.state is State.FLYING
         return self

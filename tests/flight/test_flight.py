@@ -16,7 +16,7 @@ def test_it_counts_down_goes_to_its_station_flies_and_comes_back():
     assert vehicle.begin(depth_m=1.5, countdown_s=5.0) == ""
     vehicle.until(State.WAITING)
     assert vehicle.depth_m == pytest.approx(1.5)
-    assert vehicle.flight.fly(SURGE, vehicle.seen()) == ""
+    assert vehicle.flight.fly(SURGE, vehicle.inputs()) == ""
     vehicle.run(7.9)
     assert pushes(vehicle.reference)
     vehicle.until(State.WAITING)
@@ -44,7 +44,7 @@ def test_a_manoeuvre_is_the_mission_of_its_legs_from_the_stations_depth_and_head
     vehicle = Ideal()
     vehicle.begin()
     vehicle.until(State.WAITING)
-    vehicle.flight.fly((Leg(2.0, heave_m_s=0.1, transient_s=2.0), Leg(3.0, heave_m_s=0.1)), vehicle.seen())
+    vehicle.flight.fly((Leg(2.0, heave_m_s=0.1, transient_s=2.0), Leg(3.0, heave_m_s=0.1)), vehicle.inputs())
     vehicle.run(4.0)
     assert vehicle.reference.nu[2] == 0.1
     assert vehicle.reference.depth_m == pytest.approx(1.5 + 0.1 + 0.2)
@@ -143,11 +143,11 @@ def test_a_sensor_lost_on_the_way_back_makes_it_hold(sensor):
 )
 def test_a_touched_stick_has_control_at_the_next_tick_whatever_it_was_doing(state):
     vehicle = reached(state)
-    vehicle.touched = True
+    vehicle.sticks_moved = True
     vehicle.tick()
     assert (vehicle.flight.state, vehicle.flight.end, vehicle.reference) == (State.IDLE, End.STICKS, None)
     assert not vehicle.flight.disarms
-    vehicle.touched = False
+    vehicle.sticks_moved = False
     vehicle.run(100.0)
     assert vehicle.flight.state is State.IDLE
 
@@ -197,7 +197,7 @@ def test_thrusters_in_other_hands_when_the_countdown_is_over_are_disarmed_only_i
     vehicle = Ideal()
     vehicle.armed = was_armed
     vehicle.begin(countdown_s=5.0)
-    vehicle.armed, vehicle.in_hand = True, False
+    vehicle.armed, vehicle.in_command = True, False
     vehicle.run(5.1)
     assert (vehicle.flight.state, vehicle.flight.end) == (State.IDLE, End.TAKEN)
     assert vehicle.flight.disarms is not was_armed
@@ -209,7 +209,7 @@ def test_a_ground_that_comes_back_resumes_nothing():
     vehicle.until(State.RETURNING)
     vehicle.ground = True
     vehicle.until(State.HOLDING)
-    assert vehicle.flight.fly(STILL, vehicle.seen()) == "vehicle is not on its station"
+    assert vehicle.flight.fly(STILL, vehicle.inputs()) == "vehicle is not on its station"
     assert vehicle.begin() == "a flight is under way"
 
 
@@ -229,7 +229,7 @@ REFUSED = {
     "no velocity: put a DVL into the vehicle file, or see why that in it is silent": fault("dvl_s", 90.0),
     "no attitude: see why the IMU, or the autopilot in its place, is silent": fault("imu_s", 90.0),
     "no depth: see why the depth sensor, or the autopilot in its place, is silent": fault("depth_s", 90.0),
-    "sticks are not at rest": fault("touched", True),
+    "sticks are not at rest": fault("sticks_moved", True),
     "no battery measured: mend its sensor, or set battery_v 0 in the limits": fault("voltage_v", math.nan),
     "battery is 12.00 V, below battery_v 13 of the limits": fault("voltage_v", 12.0),
     "no altitude measured: mend its sensor, or set altitude_m 0 in the limits": fault("altitude_m", math.nan),
@@ -284,8 +284,8 @@ def test_a_manoeuvre_longer_than_the_time_left_is_not_begun():
     vehicle = Ideal(replace(LIMITS, time_s=30.0))
     vehicle.begin()
     vehicle.until(State.WAITING)
-    assert vehicle.flight.fly((Leg(26.0),), vehicle.seen()) == "manoeuvre takes longer than is left"
-    assert vehicle.flight.fly((), vehicle.seen()) == "manoeuvre has no legs"
+    assert vehicle.flight.fly((Leg(26.0),), vehicle.inputs()) == "manoeuvre takes longer than is left"
+    assert vehicle.flight.fly((), vehicle.inputs()) == "manoeuvre has no legs"
     assert vehicle.flight.state is State.WAITING
 
 

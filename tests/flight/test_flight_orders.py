@@ -98,12 +98,12 @@ class Deck:
     def send(self, command, *numbers):
         padded = (*numbers, *(0.0,) * (7 - len(numbers)))
         message = dialect.MAVLink_command_long_message(1, 1, command, 0, *heard(padded))
-        seen = self.ideal.seen()
-        return self.flights.order(message, seen.navigation, armed=True, now_s=seen.time_s)
+        inputs = self.ideal.inputs()
+        return self.flights.order(message, inputs.navigation, armed=True, now_s=inputs.time_s)
 
     def step(self):
-        seen = self.ideal.seen()
-        return self.flights.step(seen.navigation, armed=True, now_s=seen.time_s)
+        inputs = self.ideal.inputs()
+        return self.flights.step(inputs.navigation, armed=True, now_s=inputs.time_s)
 
     def begin(self, number=7.0):
         rows = limit_rows(LIMITS, 1.5)

@@ -1,4 +1,4 @@
-"""The limit file, and a vehicle's place and course."""
+"""The limit file, and a vehicle's place and transit."""
 
 import math
 import re
@@ -9,8 +9,9 @@ import pytest
 from ideal import LIMITS, TICK_S, Ideal
 
 from bridge.errors import ConfigError
-from bridge.flight.course import Course, Pose, moved, tilt_rad
 from bridge.flight.limits import limits_of, load_limits
+from bridge.flight.pose import Pose, dead_reckoned, tilt_rad
+from bridge.flight.transit import Transit
 from bridge.vehicle.navigation import Navigation
 
 FILE = (
@@ -106,19 +107,19 @@ def navigation(velocity, heading_rad, roll_rad=0.0):
     ],
 )
 def test_the_place_is_reckoned_from_velocity_and_attitude(velocity, heading_deg, north, east):
-    here = moved(Pose(0.5, 0.25, 0.0, 0.0), navigation(velocity, math.radians(heading_deg)), 1.0)
+    here = dead_reckoned(Pose(0.5, 0.25, 0.0, 0.0), navigation(velocity, math.radians(heading_deg)), 1.0)
     assert (here.north_m, here.east_m) == pytest.approx((0.5 + north, 0.25 + east))
     assert (here.depth_m, here.heading_rad) == (2.0, math.radians(heading_deg))
 
 
 def test_a_rolled_vehicle_that_sinks_along_its_own_axis_moves_aside():
-    here = moved(Pose(0.0, 0.0, 0.0, 0.0), navigation((0.0, 0.0, 1.0), 0.0, math.radians(30)), 1.0)
+    here = dead_reckoned(Pose(0.0, 0.0, 0.0, 0.0), navigation((0.0, 0.0, 1.0), 0.0, math.radians(30)), 1.0)
     assert (here.north_m, here.east_m) == pytest.approx((0.0, -0.5))
 
 
 def test_an_unknown_velocity_moves_nothing_and_an_unknown_depth_stays():
     here = Pose(1.0, 2.0, 3.0, 0.5)
-    assert moved(here, Navigation(), 1.0) == here
+    assert dead_reckoned(here, Navigation(), 1.0) == here
 
 
 @pytest.mark.parametrize("tilt_deg", [0.0, 20.0, 90.0, 170.0])
@@ -131,13 +132,13 @@ def test_tilt_is_the_angle_from_the_vertical_whatever_the_heading(tilt_deg):
 
 @pytest.mark.parametrize("sways", [True, False])
 @pytest.mark.parametrize("place", [(0.0, 0.0), (3.0, 0.0), (-2.0, 1.0), (0.0, -2.5)])
-def test_a_course_leads_to_its_place_without_a_jump_and_within_its_speed(place, sways):
+def test_a_transit_leads_to_its_target_without_a_jump_and_within_its_speed(place, sways):
     vehicle = Ideal()
     target = Pose(*place, 2.5, -1.0)
-    course = Course(Pose(0.0, 0.0, 1.5, 0.5), target, 0.3, sways=sways)
+    transit = Transit(Pose(0.0, 0.0, 1.5, 0.5), target, 0.3, sways=sways)
     here, before = Pose(0.0, 0.0, 1.5, 0.5), (0.0,) * 6
     for _ in range(round(90.0 / TICK_S)):
-        reference = course.step(here, TICK_S)
+        reference = transit.step(here, TICK_S)
         u, v = reference.nu[:2]
         assert math.hypot(u, v) <= 0.3 + 1e-9
         assert max(abs(u - before[0]), abs(v - before[1])) <= 0.08 * TICK_S + 1e-9
@@ -148,8 +149,8 @@ def test_a_course_leads_to_its_place_without_a_jump_and_within_its_speed(place, 
             reference.heading_rad,
             reference.depth_m,
         )
-        here = moved(here, vehicle.seen().navigation, TICK_S)
-    assert course.arrived(here, math.hypot(*before[:2]))
+        here = dead_reckoned(here, vehicle.inputs().navigation, TICK_S)
+    assert transit.arrived(here, math.hypot(*before[:2]))
     assert here.distance_m(target) < (0.05 if sways else 0.9)
-    assert not course.arrived(here, 0.2)
-    assert not course.arrived(replace(here, depth_m=2.8), 0.0)
+    assert not transit.arrived(here, 0.2)
+    assert not transit.arrived(replace(here, depth_m=2.8), 0.0)

@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 from diving_vehicle import Dive
 
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.fetch.merging import made_whole, write_records
+from gcs_plugin.fetch.merging import merge_recordings, write_records
 from tui.commands.fetch import Fetcher
 
 SOURCE = (1, 191)
@@ -68,4 +68,4 @@ def put_together(tmp_path, ground, other):
     """Two recordings of a dive, merged."""
     write_records(tmp_path / "ground.tlog", ground)
     write_records(tmp_path / "other.tlog", other)
-    return made_whole([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], SOURCE)
+    return merge_recordings([tmp_path / "ground.tlog"], [tmp_path / "other.tlog"], SOURCE)

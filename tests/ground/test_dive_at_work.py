@@ -150,15 +150,15 @@ def test_a_fetch_of_a_dive_that_a_second_recorder_writes_asks_the_vehicle_nothin
 def test_what_a_recorder_without_a_lock_writes_meanwhile_is_noticed(folder, frames, other, monkeypatch):
     telemetry = folder.path / "telemetry.tlog"
     write_records(telemetry, frames[:-10])
-    made_whole = merging.made_whole
+    merge_recordings = merging.merge_recordings
 
     def slowly(*how):
-        result = made_whole(*how)
+        result = merge_recordings(*how)
         with telemetry.open("ab") as file:
             file.write(other.read_bytes()[-500:])
         return result
 
-    monkeypatch.setattr(merging, "made_whole", slowly)
+    monkeypatch.setattr(merging, "merge_recordings", slowly)
     with pytest.raises(LogError, match=r"its recording grew meanwhile.*end that recording, and merge again"):
         merge(folder, other)
     assert not (folder.path / WHOLE).exists()

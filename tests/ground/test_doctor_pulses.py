@@ -12,7 +12,8 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
-from gcs_plugin.doctor.pulses import duration_s, pulses, run_pulses
+from gcs_plugin.doctor.pulse_plan import duration_s, pulses
+from gcs_plugin.doctor.pulses import run_pulses
 from gcs_plugin.doctor.wet_record import find_pulses, record_of
 
 FILE = load_vehicle("ruvifist")

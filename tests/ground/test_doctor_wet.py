@@ -16,7 +16,7 @@ from bridge.wire.framing import Encoder, Framer
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.doctor.checks import Level, worst
 from gcs_plugin.doctor.latency import Latency, latencies, latency_findings, wet_findings
-from gcs_plugin.doctor.pulses import duration_s, pulses
+from gcs_plugin.doctor.pulse_plan import duration_s, pulses
 from gcs_plugin.doctor.response import feature_noise, prior_mass_and_damping
 from gcs_plugin.doctor.wet import TURNS, corrected, describe, diagnose, findings
 from gcs_plugin.doctor.wet_record import Pulse, Series, WetRecord, find_pulses, record_of

@@ -167,7 +167,7 @@ def a_dive_under_water(tmp_path, seconds=(10.0, 20.0, 10.0), **faults):
     return dive, dive_of(tmp_path, [*dive.heard, (dive.heard[-1][0], beat)]), beat
 
 
-def made_whole(dive, folder):
+def merge_recordings(dive, folder):
     return fetcher_of(dive).whole(folder)
 
 
@@ -187,7 +187,7 @@ def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed):
     dive, folder, beat = a_dive_under_water(tmp_path, seed=seed, **BAD)
     before = [path.read_bytes() for path in folder.heard()]
     sent = span(dive)
-    done = made_whole(dive, folder)
+    done = merge_recordings(dive, folder)
     records = whole_frames(folder)
     assert [raw for _, raw in records if raw != beat] == sent
     assert beat in [raw for _, raw in records]
@@ -202,7 +202,7 @@ def test_a_dive_is_whole_byte_for_byte_in_order_and_once_each(tmp_path, seed):
 def test_all_that_reads_a_dive_reads_the_whole_one(tmp_path):
     dive, folder, _ = a_dive_under_water(tmp_path)
     assert folder.telemetry() == recording_files(folder.path) == folder.heard()
-    made_whole(dive, folder)
+    merge_recordings(dive, folder)
     assert folder.telemetry() == recording_files(folder.path) == [folder.path / WHOLE]
     assert [path.name for path in folder.heard()] == ["telemetry.tlog"]
     assert Reel(folder.telemetry()).length_s > 39.0
@@ -219,7 +219,7 @@ def test_a_vehicle_that_started_anew_under_water_is_whole_too(tmp_path):
     dive.dive(3.0)
     folder = dive_of(tmp_path, dive.heard)
     sent = span(dive)
-    made_whole(dive, folder)
+    merge_recordings(dive, folder)
     assert raws(folder.path / WHOLE) == sent
     assert len(sent) > 0.8 * len(dive.kept())
 
@@ -242,7 +242,7 @@ def test_a_dive_of_which_nothing_was_heard_becomes_a_folder_of_its_own(tmp_path)
 def test_a_dive_that_tells_of_no_ring_says_what_to_do(tmp_path):
     folder = dive_of(tmp_path, [(1, Encoder(255, 190).encode(ground_heartbeat()))])
     with pytest.raises(LogError, match="must run with --ring"):
-        made_whole(Dive(tmp_path / "ring"), folder)
+        merge_recordings(Dive(tmp_path / "ring"), folder)
 
 
 def test_segments_of_other_dives_are_not_fetched():

@@ -13,7 +13,7 @@ from bridge.wire.segments import Segment, segments_in
 from bridge.wire.tlog import read_tlog, record_of
 from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.fetch.merge_order import Hole, as_sent, holes_in, lost_in
-from gcs_plugin.fetch.merging import made_whole, write_records
+from gcs_plugin.fetch.merging import merge_recordings, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.fetch import MIRROR, Fetched
 from tui.commands.merge import merge_all
@@ -47,7 +47,7 @@ def made_of(tmp_path, frames, *kept):
     heard = of_it(frames, 0.0, 18.0) + of_it(frames, 70.0)
     folder = dive_of(tmp_path, heard)
     ring = ring_of(tmp_path, *(of_it(frames, begins_s, ends_s) for begins_s, ends_s in kept))
-    return made_whole(folder.telemetry(), ring, SOURCE)
+    return merge_recordings(folder.telemetry(), ring, SOURCE)
 
 
 def fetched_words(made):
@@ -92,7 +92,7 @@ def test_frames_that_lack_one_by_one_are_told_by_the_vehicles_sequence_numbers(t
     gone = {raw for _, raw in frames[500:900:10]}
     left = [frame for frame in frames if frame[1] not in gone]
     folder = dive_of(tmp_path, of_it(left, 0.0, 18.0) + of_it(left, 70.0))
-    made = made_whole(folder.telemetry(), ring_of(tmp_path, left), SOURCE)
+    made = merge_recordings(folder.telemetry(), ring_of(tmp_path, left), SOURCE)
     assert made.lost == sum((raw[5], raw[6]) == SOURCE for raw in gone) > 10
     assert f"{made.lost} single frames, nobody has" in fetched_words(made)[0]
 
@@ -183,7 +183,7 @@ def damage(tmp_path, sent, hurt, unheard=()):
     ring = ring_with_damage(tmp_path / "ring.tlog", sent, hurt)
     heard = [sent[k] for k in range(place(sent, 50.0), place(sent, 80.0) + 1) if k not in unheard]
     write_records(tmp_path / "ground.tlog", heard)
-    made = made_whole([tmp_path / "ground.tlog"], [ring], SOURCE)
+    made = merge_recordings([tmp_path / "ground.tlog"], [ring], SOURCE)
     assert made.beyond + len(made.records) >= len(sent) - len(hurt)
     return made.damaged, made.damaged_beyond
 

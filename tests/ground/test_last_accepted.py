@@ -14,18 +14,18 @@ from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     accepted_of,
-    in_force,
     keep_accepted,
     kept_of,
     last_accepted,
+    model_in_force,
     newest_before,
-    unfinished,
     written_since,
 )
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import Line, Receipt, begin, next_number
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_with_sidecar
 from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.unfinished import unfinished
 
 MASS = Interval("M_u", "kg", 90.0, 110.0)
 SIDECAR = Sidecar(
@@ -301,19 +301,19 @@ FORETOLD = dataclasses.replace(
 
 def test_the_model_in_force_is_that_of_the_newest_upload_that_stands(tmp_path):
     receipts = Receipts(tmp_path / "receipts")
-    assert in_force(receipts.path, "ruvifist", "hovering") is None
+    assert model_in_force(receipts.path, "ruvifist", "hovering") is None
     receipts.keep(FF1_M_U=100.0)
     before = receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
-    model = in_force(receipts.path, "ruvifist", "hovering")
+    model = model_in_force(receipts.path, "ruvifist", "hovering")
     assert (model.sidecar.foretold, model.sidecar.credits, model.sidecar.dived) == (
         FORETOLD.foretold, FORETOLD.credits, FORETOLD.dived,
     )  # fmt: skip
     assert (model.since, model.path.name) == ("2026-11-21T06:32:00Z", "2026-11-21T063200Z-accepted.param")
-    assert in_force(receipts.path, "ruvifist") == model
-    assert in_force(receipts.path, "ruvifist", "survey") is None
-    assert in_force(receipts.path, "another", "hovering") is None
+    assert model_in_force(receipts.path, "ruvifist") == model
+    assert model_in_force(receipts.path, "ruvifist", "survey") is None
+    assert model_in_force(receipts.path, "another", "hovering") is None
     receipts.keep(restores=str(before), FF1_M_U=100.0)
-    assert in_force(receipts.path, "ruvifist", "hovering").sidecar.foretold == ()
+    assert model_in_force(receipts.path, "ruvifist", "hovering").sidecar.foretold == ()
 
 
 def test_a_roll_back_of_one_vehicle_takes_back_nothing_of_another(receipts):
@@ -321,8 +321,8 @@ def test_a_roll_back_of_one_vehicle_takes_back_nothing_of_another(receipts):
     before = receipts.keep(FF1_M_U=100.0)
     receipts.keep(system=2, sidecar=other, FF0_M_U=16.0)
     receipts.keep(restores=str(before), FF1_M_U=1.0)
-    assert in_force(receipts.path, "ruvifist") is None
-    assert in_force(receipts.path, "bluerov2").sidecar.configuration == "standard"
+    assert model_in_force(receipts.path, "ruvifist") is None
+    assert model_in_force(receipts.path, "bluerov2").sidecar.configuration == "standard"
     assert receipts.accepted() == receipts.accepted(2) == {"FF0_M_U": 16.0}
 
 
@@ -354,7 +354,7 @@ def test_a_model_that_was_sent_again_is_in_force_since_it_was_sent_first(tmp_pat
     receipts.keep(FF1_M_U=100.0)
     receipts.keep(sidecar=FORETOLD, FF1_M_U=101.0)
     receipts.keep(Outcome.SAME, sidecar=FORETOLD, FF1_M_U=101.0)
-    assert in_force(receipts.path, "ruvifist", "hovering").since == "2026-11-21T06:32:00Z"
+    assert model_in_force(receipts.path, "ruvifist", "hovering").since == "2026-11-21T06:32:00Z"
 
 
 def test_at_an_earlier_time_the_model_is_in_force_that_stood_then(tmp_path):
@@ -365,10 +365,10 @@ def test_at_an_earlier_time_the_model_is_in_force_that_stood_then(tmp_path):
 
     def foretold_at(time: str) -> bool:
         return bool(
-            in_force(receipts.path, "ruvifist", "hovering", f"2026-11-21T06:{time}Z").sidecar.foretold
+            model_in_force(receipts.path, "ruvifist", "hovering", f"2026-11-21T06:{time}Z").sidecar.foretold
         )
 
-    assert in_force(receipts.path, "ruvifist", "hovering", "2026-11-21T06:30:59Z") is None
+    assert model_in_force(receipts.path, "ruvifist", "hovering", "2026-11-21T06:30:59Z") is None
     assert not foretold_at("31:59")
     assert foretold_at("32:00")
     assert foretold_at("32:59")

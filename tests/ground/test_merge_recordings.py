@@ -16,7 +16,7 @@ from bridge.wire.framing import Encoder
 from bridge.wire.segments import Segment
 from bridge.wire.tlog import read_tlog
 from bridge.wire.whole_recording import WHOLE
-from gcs_plugin.fetch.merging import made_whole, write_records
+from gcs_plugin.fetch.merging import merge_recordings, write_records
 from gcs_plugin.peers import ground_heartbeat
 from tui.commands.merge import merge
 
@@ -161,7 +161,7 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
         write_records(file, part)
     heard = of_it(first + second, share=0.7, seed=1) if second_heard else of_it(first, share=0.7, seed=1)
     write_records(tmp_path / "ground.tlog", heard)
-    result = made_whole([tmp_path / "ground.tlog"], files, SOURCE)
+    result = merge_recordings([tmp_path / "ground.tlog"], files, SOURCE)
     sent = first + second if second_heard else first
     assert [raw for _, raw in result.records] == [raw for _, raw in sent]
     assert max(abs(record[0] - true[0]) for record, true in zip(result.records, sent, strict=True)) < 10_000

@@ -45,7 +45,7 @@ class Ground:
             self.done_s = self.done_s or now_s
             return
         if switch.mode is not Mode.OFF:
-            switch.overruled = switch.overruled or self.orders.given(1)
+            switch.overruled = switch.overruled or self.orders.has_ordered_off(1)
         messages = switch.tick(now_s)
         self.marks.mark(messages)
         for message in messages:
@@ -64,7 +64,7 @@ def test_an_off_that_is_ordered_while_a_program_looks_for_earlier_ones_counts(mo
     monkeypatch.setattr(off_orders, "_touched", touched_meanwhile)
     orders = OffOrders(began_unix_s)
     monkeypatch.setattr(off_orders, "_touched", touched)
-    assert orders.given(7)
+    assert orders.has_ordered_off(7)
 
 
 class Port(QuietLink):
@@ -138,7 +138,7 @@ def test_a_raise_gives_up_within_three_seconds_of_an_off_and_says_so(off_after_s
 
 
 def test_a_raise_sees_an_off_of_another_computer_by_what_the_vehicle_says(monkeypatch):
-    monkeypatch.setattr(OffOrders, "given", lambda *_: False)
+    monkeypatch.setattr(OffOrders, "has_ordered_off", lambda *_: False)
     craft, raising, _ = fight(5, 0.6)
     assert (craft.server.mode, raising.switch.done) == (0, False)
     assert raising.switch.refusal == (
@@ -149,7 +149,7 @@ def test_a_raise_sees_an_off_of_another_computer_by_what_the_vehicle_says(monkey
 
 
 def test_a_raise_from_shadow_gives_up_where_the_vehicle_is_off_before_it_is_sent(monkeypatch):
-    monkeypatch.setattr(OffOrders, "given", lambda *_: False)
+    monkeypatch.setattr(OffOrders, "has_ordered_off", lambda *_: False)
     clock = SimulatedClock()
     craft = Craft(clock, mode=0.0)
     switch, framer = Switch(Mode.BOTH, 1, was=1.0), Framer()
@@ -163,8 +163,8 @@ def test_off_of_another_vehicle_overrules_nothing():
     orders = OffOrders()
     off = Switch(Mode.OFF, 2)
     OffMarks().mark(off.tick(0.0))
-    assert (orders.given(1), orders.given(2)) == (False, True)
-    assert not OffOrders().given(2)
+    assert (orders.has_ordered_off(1), orders.has_ordered_off(2)) == (False, True)
+    assert not OffOrders().has_ordered_off(2)
 
 
 def test_what_raises_and_what_only_asks_is_no_order_of_off():
@@ -176,7 +176,7 @@ def test_what_raises_and_what_only_asks_is_no_order_of_off():
     messages = switch.tick(0.0)
     assert [message.get_type() for message in messages] == ["PARAM_SET", "PARAM_REQUEST_READ"]
     OffMarks().mark(messages)
-    assert not orders.given(1)
+    assert not orders.has_ordered_off(1)
 
 
 @pytest.fixture

@@ -165,9 +165,9 @@ def test_rounding_is_that_of_the_wire():
 @pytest.mark.parametrize("value", [1e-46, -1e-46, 5e-324])
 def test_what_would_be_zero_on_the_wire_is_given_by_nobody(value):
     with pytest.raises(ValueError, match="is too small for a float32, which would hold 0"):
-        float32.given(value)
-    assert (float32.given(0.0), float32.given(-0.0)) == (0.0, 0.0)
-    assert float32.given(1e-45) == float(np.finfo(np.float32).smallest_subnormal)
+        float32.from_user(value)
+    assert (float32.from_user(0.0), float32.from_user(-0.0)) == (0.0, 0.0)
+    assert float32.from_user(1e-45) == float(np.finfo(np.float32).smallest_subnormal)
 
 
 @pytest.mark.parametrize("hidden", ["\x0c", "\x0b", "\x85", "\u2028", "\x1e"])

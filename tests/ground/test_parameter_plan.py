@@ -12,7 +12,8 @@ from gcs_plugin.params.comparison import Comparison, compared
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.identified import parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.plan import Verdict, action_of, is_staged, make_plan, taken_back
+from gcs_plugin.params.meaning import is_staged
+from gcs_plugin.params.plan import Verdict, action_of, make_plan, taken_back
 from gcs_plugin.params.plausible import implausible
 from gcs_plugin.params.proposal import propose_upload
 from gcs_plugin.params.receipt import Line

@@ -141,7 +141,7 @@ def test_a_vehicles_own_recording_loses_half_a_second_at_most_when_its_power_fai
 
 def test_a_fetched_segment_and_a_key_are_on_the_disk_before_anybody_relies_on_them(disk, tmp_path):
     mirror, name = Mirror(tmp_path / "mirror"), "000002-0000000b-000001-0000000000.tlog"
-    with mirror.alone():
+    with mirror.locked():
         mirror.append(name, b"abc")
         mirror.finish(name)
     assert disk.bytes[mirror.path(name).stat().st_ino] == 3

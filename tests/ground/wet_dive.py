@@ -9,7 +9,7 @@ from bridge.simulator.truth import Truth
 from bridge.vehicle.coefficients import BY_NAME, MASSES
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
-from gcs_plugin.doctor.pulses import duration_s, pulses
+from gcs_plugin.doctor.pulse_plan import duration_s, pulses
 from gcs_plugin.doctor.wet_record import FEATURES, Series, WetRecord
 
 TICK_S = 0.05

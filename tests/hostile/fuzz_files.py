@@ -23,9 +23,10 @@ from bridge.wire.tlog import read_tlog
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.fetch.merging import newest_frames
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import last_accepted, unfinished
+from gcs_plugin.params.last_accepted import last_accepted
 from gcs_plugin.params.receipt import next_number
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
+from gcs_plugin.params.unfinished import unfinished
 from identify.ingest.mapping.column_map import column_map
 from identify.ingest.open import read_dive
 from tui.accepted_priors import accepted_in

@@ -24,7 +24,7 @@ from gcs_plugin.dives.folder import About, DiveFolder
 from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.merging import newest_frames, write_records
 from gcs_plugin.fetch.mirror import Mirror
-from gcs_plugin.fetch.requests import Listed
+from gcs_plugin.fetch.requests import SegmentListing
 from tui.commands.fetch import MIRROR, Fetcher
 
 BOOT = 7
@@ -192,10 +192,10 @@ def test_what_is_missing_in_front_does_not_fill_the_memory(tmp_path):
 
 
 def test_of_absurd_names_and_sizes_nothing_is_taken():
-    listed = Listed()
+    listed = SegmentListing()
     assert listed.hear(Packet(0, 0, Op.ACK, data=b"\0".join(ABSURD)))
     assert listed.listing() == [(Segment(0, 0, 0, 0), 50)]
-    listed = Listed()
+    listed = SegmentListing()
     sized = [f"F{segment(n).name}\t".encode() + size for n, size in enumerate(SIZES)]
     assert listed.hear(Packet(0, 0, Op.ACK, data=b"\0".join(sized)))
     assert listed.index == len(sized)

@@ -54,7 +54,7 @@ def test_the_dive_that_another_process_records_is_refused_and_the_one_before_it_
 
 
 def test_mavproxys_own_recording_goes_on_in_a_next_dive_once_for_each_that_is_full(monkeypatch):
-    monkeypatch.setattr("gcs_plugin.dives.split_recording.FULL_BYTES", 100)
+    monkeypatch.setattr("gcs_plugin.dives.recorded_dives.FULL_BYTES", 100)
     clock, said = SimulatedClock(), []
     recorder = recordings.Recordings(clock, said.append, list, lambda: None)
     recorder.command(["start"])

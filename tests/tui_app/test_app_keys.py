@@ -161,7 +161,7 @@ def test_a_palette_that_is_closed_twice_at_once_leaves_the_screen_below_as_it_is
 
 def after_a_key_that_is_never_over(key, patience_s, monkeypatch):
     """The app and its views, given `key` while the effect of another never comes."""
-    monkeypatch.setattr("tui.app.keys_in_turn.KEY_PATIENCE_S", patience_s)
+    monkeypatch.setattr("tui.app.key_queue.KEY_PATIENCE_S", patience_s)
     views = FixedViews()
 
     async def work():

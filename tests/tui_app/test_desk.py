@@ -22,7 +22,7 @@ from gcs_plugin.params.sidecar import Sidecar
 from gcs_plugin.params.transfer import Outcome
 from tui.app.desk import Desk, can_check, check_dives, nearest_first, values_of
 from tui.app.jobs import Jobs
-from tui.app.screens.transfer import READ, Transfer
+from tui.app.screens.parameters_transfer import READ, ParameterTransfer
 from tui.dive_list import VERSION, Glance, dive_folders
 
 HALF = Report("pinn", 0.5, "pass 1", values={"M_u": (10.0, 2.0)})
@@ -230,7 +230,7 @@ def test_values_of_another_vehicles_dive_are_not_proposed_for_a_vehicle(tmp_path
     )
     (other / "identified.param").write_text("FF1_M_U,100\n", encoding="utf-8")
     desk = Desk(out=tmp_path)
-    transfer = Transfer(desk)
+    transfer = ParameterTransfer(desk)
     transfer.read(back=False)
     assert desk.chosen() == mine
     assert desk.jobs.state(READ) is None

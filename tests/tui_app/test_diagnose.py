@@ -20,7 +20,7 @@ from gcs_plugin.params.sidecar import sidecar_path
 from tui.app.diagnosis import answer
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
-from tui.app.screens import diagnose
+from tui.app.screens import diagnose, diagnose_lines
 from tui.app.screens.parameters import ParametersScreen
 
 TRYING = Report("diagnosing", 0.4, "trying 41 candidates")
@@ -231,7 +231,13 @@ def test_a_diagnosis_that_finds_no_room_on_the_disk_is_shown_and_said_to_be_kept
 
 
 KEPT = sorted((Path(__file__).parents[1] / "data" / "sealed_answers").glob("*.json"))
-PARTS = (diagnose.verdict_lines, diagnose.where, diagnose.which, diagnose.how_far, diagnose.what_next)
+PARTS = (
+    diagnose_lines.verdict_lines,
+    diagnose_lines.where_lines,
+    diagnose_lines.which_lines,
+    diagnose_lines.how_far_lines,
+    diagnose_lines.next_dive_lines,
+)
 
 
 def diagnosed(**change):
@@ -249,7 +255,7 @@ def test_no_line_is_wider_than_there_is_room(part, cells):
 
 def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
     first, second = diagnosis()["effects"]
-    lines = plain(diagnose.which(diagnosed(effects=[first, second | {"probability": 0.42}]), 80))
+    lines = plain(diagnose_lines.which_lines(diagnosed(effects=[first, second | {"probability": 0.42}]), 80))
     heads = [n for n, line in enumerate(lines) if line.startswith(("cause ", "possible", "tried as well"))]
     accepted, possible = lines[heads[0] : heads[1]], lines[heads[1] : heads[2]]
     assert possible[0].startswith("possible, not accepted ")
@@ -258,7 +264,7 @@ def test_a_cause_less_probable_than_not_is_possible_and_not_accepted():
     assert not any("thruster lag" in line for line in accepted)
 
 
-@pytest.mark.parametrize("part", [part for part in PARTS if part is not diagnose.where])
+@pytest.mark.parametrize("part", [part for part in PARTS if part is not diagnose_lines.where_lines])
 def test_on_a_phone_no_word_is_cut(part):
     wide, phone = (plain(part(diagnosed(), cells)) for cells in (200, 48))
     assert max(map(len, phone)) <= 48
@@ -284,7 +290,7 @@ def test_a_drift_that_is_not_known_is_shown_as_that(unknown):
     surge = shrink["check"]["by_axis"]["surge"] | {unknown: None}
     by_axis = shrink["check"]["by_axis"] | {"surge": surge}
     shown = diagnosed(shrink=shrink | {"check": shrink["check"] | {"by_axis": by_axis}})
-    lines = plain(diagnose.how_far(shown, 110))
+    lines = plain(diagnose_lines.how_far_lines(shown, 110))
     assert "—" in next(line for line in lines if line.startswith("  surge"))
 
 
@@ -295,17 +301,22 @@ def test_no_cause_and_nothing_next_is_said():
         verdict="no_gap",
         told=diagnosis()["told"] | {"causes": [], "next": [], "notes": []},
     )
-    assert plain(diagnose.where(none, 80)) == ["There is no gap, so it lies nowhere."]
-    assert plain(diagnose.which(none, 80))[0] == "No candidate of the library is accepted as a cause."
-    assert not set("░▒▓█▏") & set("".join(plain((*diagnose.which(none, 80), *diagnose.how_far(none, 80)))))
-    assert plain(diagnose.what_next(none, 80)) == ["Nothing is left to split: dive on."]
+    assert plain(diagnose_lines.where_lines(none, 80)) == ["There is no gap, so it lies nowhere."]
+    assert (
+        plain(diagnose_lines.which_lines(none, 80))[0]
+        == "No candidate of the library is accepted as a cause."
+    )
+    assert not set("░▒▓█▏") & set(
+        "".join(plain((*diagnose_lines.which_lines(none, 80), *diagnose_lines.how_far_lines(none, 80))))
+    )
+    assert plain(diagnose_lines.next_dive_lines(none, 80)) == ["Nothing is left to split: dive on."]
 
 
 def test_a_drift_that_nothing_explains_is_not_called_no_gap_where_it_lies():
     gap = {"verdict": "no_gap", "effects": [], "told": diagnosis()["told"] | {"causes": []}}
     for before, words in ((1.3, "The model drifts further than noise"), (1.1, "There is no gap")):
         shown = diagnosed(**gap, gap=diagnosis()["gap"] | {"before": before})
-        assert plain(diagnose.where(shown, 120))[0].startswith(words)
+        assert plain(diagnose_lines.where_lines(shown, 120))[0].startswith(words)
 
 
 @pytest.mark.parametrize(("after", "then"), [(1.1, "upload what was found, and dive on"), (1.6, "dive on")])
@@ -313,24 +324,24 @@ def test_an_upload_is_advised_only_where_no_check_dive_is_followed_worse_with_th
     told = diagnosis()["told"] | {"next": [], "notes": []}
     check = {"check": diagnosis()["shrink"]["check"] | {"before": 1.5, "after": after}}
     explained = diagnosed(verdict="explained", told=told, shrink=diagnosis()["shrink"] | check)
-    assert plain(diagnose.what_next(explained, 80)) == [f"Nothing is left to split: {then}."]
+    assert plain(diagnose_lines.next_dive_lines(explained, 80)) == [f"Nothing is left to split: {then}."]
 
 
 def test_the_check_dive_stands_first_of_how_far_the_gap_shrinks_and_the_fitted_dive_last():
-    lines = plain(diagnose.how_far(diagnosed(), 80))
+    lines = plain(diagnose_lines.how_far_lines(diagnosed(), 80))
     heads = [line.split("  ")[0] for line in lines if line[:1] not in ("", " ")]
     assert heads[1:] == [f"check dive {CHECK}", "pieces held out", "this dive, which was fitted"]
 
 
 @pytest.mark.parametrize("cells", [68, 80, 104])
 def test_no_head_of_the_map_touches_another(cells):
-    head, *rows = plain(diagnose.where(diagnosed(), cells))
+    head, *rows = plain(diagnose_lines.where_lines(diagnosed(), cells))
     assert " ".join(head.split("missing")[0].split()) == "at rest speeds up slows steady turns reverses"
     assert all(len(line) <= cells for line in (head, *rows))
 
 
 def test_where_the_map_has_no_room_its_parts_are_listed():
-    lines = plain(diagnose.where(diagnosed(), 48))
+    lines = plain(diagnose_lines.where_lines(diagnosed(), 48))
     assert [line.split()[:2] for line in lines[:2]] == [["yaw", "turns"], ["sway", "steady"]]
 
 
@@ -338,8 +349,8 @@ def test_what_is_explained_in_part_and_what_the_disturbance_takes_is_said():
     partly = diagnosed(
         verdict="partly", told=diagnosis()["told"] | {"disturbance": ["In surge it takes 3.1 N."]}
     )
-    assert plain(diagnose.verdict_lines(partly, 80))[0].split()[:2] == ["◑", "PARTLY"]
-    assert plain(diagnose.where(partly, 80))[-1] == "In surge it takes 3.1 N."
+    assert plain(diagnose_lines.verdict_lines(partly, 80))[0].split()[:2] == ["◑", "PARTLY"]
+    assert plain(diagnose_lines.where_lines(partly, 80))[-1] == "In surge it takes 3.1 N."
 
 
 def test_the_verdict_is_shown_to_its_end_on_every_screen(tmp_path):

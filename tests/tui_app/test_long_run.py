@@ -16,7 +16,7 @@ from replayed_vehicle import free_port
 from tmux import NEEDS_TMUX, ROOT, Tmux, alone
 from waiting import until
 
-from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import each_nonempty, read_tlog
 from gcs_plugin.dives.folder import list_folders
 from gcs_plugin.recording.state import held
 
@@ -91,7 +91,7 @@ class LongRun:
         return sum(
             sum(1 for _ in records)
             for folder in list_folders(self.folder / "dives")
-            for records in of_those_that_hold_frames(folder.telemetry(), read_tlog)
+            for records in each_nonempty(folder.telemetry(), read_tlog)
         )
 
     def growth(self):

@@ -17,7 +17,7 @@ from bridge import exit_codes
 from bridge.plain import plain
 from bridge.reports import PAGE, UNKEPT, Report
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.params import last_accepted
+from gcs_plugin.params import last_accepted, unfinished
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.transfer import Outcome
@@ -520,21 +520,26 @@ def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_wha
     place, monkeypatch
 ):
     asked = []
+
+    def receipts_hold(kept_in):
+        for module in (last_accepted, unfinished):
+            monkeypatch.setattr(module, "kept_in", kept_in)
+
     monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda _, system: asked.append(system) or {})
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     place.identify("2026-11-21T0800Z-first")
     preimage = place.receipts / "2026-11-21T090000Z-before.param"
     place.write(preimage)
     past = PastUpload(preimage, 2, Outcome.APPLIED, "2026-11-21T085000Z-before.param", {}, {}, None)
-    monkeypatch.setattr(last_accepted, "kept_in", lambda _, system: [past] if system == 1 else [])
+    receipts_hold(lambda _, system: [past] if system == 1 else [])
     assert (place.situation().taken_back, place.situation().halfway) == (True, False)
     assert place.situation().after_roll_back is False
     place.dive("2026-11-21T0930Z-anew", M_u=0.01)
     assert (place.situation().taken_back, place.situation().after_roll_back) == (True, True)
     begun = replace(past, outcome=Outcome.BEGUN, written={"FF0_M_U": 1.0})
-    monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [begun])
+    receipts_hold(lambda *_: [begun])
     assert (place.situation().taken_back, place.situation().halfway) == (False, True)
-    monkeypatch.setattr(last_accepted, "kept_in", lambda *_: [past])
+    receipts_hold(lambda *_: [past])
     place.identify("2026-11-21T0800Z-first", 13.0)
     assert place.situation().taken_back is False
     assert set(asked) == {1}

@@ -19,7 +19,7 @@ from gcs_plugin.params.proposal import TAKEN_BACK
 from tui.app.screens.frame import Drawn
 from tui.app.screens.parameters_lines import details
 from tui.app.screens.parameters_table import LEFT, table
-from tui.app.screens.transfer import comparison
+from tui.app.screens.parameters_transfer import comparison
 
 FIRST = plan()["parameters"][0]
 WHY = "its standard deviation, 153, is as large as the value: the dive did not tell it"

@@ -17,9 +17,10 @@ from tmux import NEEDS_TMUX, Tmux, alone
 from bridge.errors import LinkError
 from gcs_plugin.recording.state import held
 from tui.app import themes
+from tui.app.crash_trace import keep_trace, trace_file
 from tui.app.drawing import ROLES
 from tui.app.jobs import aside
-from tui.app.terminal import RefreshRate, keep_trace, trace_file
+from tui.app.terminal import RefreshRate
 
 
 def paced(*asked_and_answered):

@@ -14,7 +14,7 @@ from screen_text import WIDE, Lacks, Sees, plain, played
 
 from bridge.reports import PAGE, Report
 from identify.validation.axis_criteria import Criterion
-from tui.app.curves import Curve, plot, seconds
+from tui.app.curves import Curve, plot, seconds_row
 from tui.app.drawing import width
 from tui.app.jobs import Jobs
 from tui.app.screens import validate
@@ -244,9 +244,9 @@ def test_a_plot_runs_from_the_lowest_to_the_highest_value_and_leaves_gaps_empty(
     assert lines[-1].startswith("  -1.0┤")
     gap = [line[7:].ljust(60)[25:35].strip("┈ ") for line in lines[1:]]
     assert gap == [""] * 8
-    (times,) = plain(seconds(time_s, 67))
+    (times,) = plain(seconds_row(time_s, 67))
     assert times.index("50 s") == 7 + 30 - 2
-    assert seconds(time_s[:1], 67) == seconds(time_s, 7) == ()
+    assert seconds_row(time_s[:1], 67) == seconds_row(time_s, 7) == ()
 
 
 @pytest.mark.parametrize("data", [None, {}, [], [{"run": "PID"}], "x"])

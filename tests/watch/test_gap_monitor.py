@@ -15,7 +15,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.causes import likeliest
-from gcs_plugin.monitor.gap import LEARNT_S, GapMonitor, gap_line, worst
+from gcs_plugin.monitor.gap import LEARNING_S, GapMonitor, gap_line, worst
 from gcs_plugin.monitor.live import LiveGap
 from gcs_plugin.monitor.model import model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Drift, Predictor, Quick, Second, names_of, sums_of
@@ -89,7 +89,7 @@ def monitor_after(drifts):
 
 def test_the_floor_is_learnt_in_the_first_minute():
     rng = np.random.default_rng(1)
-    monitor = monitor_after(drifts_of(rng, LEARNT_S - 10))
+    monitor = monitor_after(drifts_of(rng, LEARNING_S - 10))
     assert monitor.gap.axes == ()
     assert monitor.gap.learns_s == 10
     assert gap_line(monitor.gap) == "its noise floor is learnt, 10 s more"
@@ -402,7 +402,7 @@ def judged_s(readings):
     live = live_with(TRUTH.model)
     for reading in readings:
         live.take(reading)
-    return LEARNT_S - live.gap.learns_s
+    return LEARNING_S - live.gap.learns_s
 
 
 @pytest.mark.parametrize("dvl_hz", [5.0, 7.3, 7.5, 10.0, 12.1])

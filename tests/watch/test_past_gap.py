@@ -14,7 +14,7 @@ from bridge.vehicle.coefficients import BY_NAME
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import encode
 from bridge.wire.tlog import TlogWriter, read_tlog
-from gcs_plugin.monitor.gap import LEARNT_S
+from gcs_plugin.monitor.gap import LEARNING_S
 from gcs_plugin.watch import past_gap
 from gcs_plugin.watch.past_gap import THREAD_NAME
 from gcs_plugin.watch.watcher import Watcher
@@ -113,7 +113,7 @@ def test_without_a_recording_the_floor_is_learnt_from_the_first_second_of_the_wa
     frames, tmp_path, names
 ):
     gap = watched(frames, [tmp_path / name for name in names]).gap
-    assert 0 < gap.learns_s < LEARNT_S - 30
+    assert 0 < gap.learns_s < LEARNING_S - 30
 
 
 def test_a_watch_that_turns_to_another_vehicle_reads_that_ones_dive(frames, recording):

@@ -12,7 +12,7 @@ from bridge import exit_codes
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.recording.state import Holding
 from gcs_plugin.watch.picture import Condition, Freshness, freshness
-from gcs_plugin.watch.quantities import Ring
+from gcs_plugin.watch.trace_ring import TraceRing
 from gcs_plugin.watch.watcher import Watcher
 from tui.commands.watch import code
 from tui.watch_text import header, trouble
@@ -143,7 +143,7 @@ def last(watcher, key, now_s):
 
 
 def test_a_ring_keeps_the_newest_of_a_step_and_no_more_than_twenty_a_second():
-    ring = Ring()
+    ring = TraceRing()
     for k in range(1000):
         ring.put(0.01 * k, float(k))
     time_s, value, reference = ring.since(0.0)

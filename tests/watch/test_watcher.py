@@ -263,9 +263,9 @@ def test_feed_forward_mode_configuration_and_thrusters_are_those_last_told(watch
 def test_a_configuration_that_the_vehicle_file_does_not_have_speaks_against_the_file(watcher, vehicle):
     vehicle.beats(1.0)
     vehicle.tells("veh_cfg", (1.0,), 1.0)
-    assert watcher.picture(1.0).stranger == ""
+    assert watcher.picture(1.0).wrong_file == ""
     vehicle.tells("veh_cfg", (7.0,), 2.0)
-    assert watcher.picture(2.0).stranger == (
+    assert watcher.picture(2.0).wrong_file == (
         "the vehicle says configuration 7, and the file of 'ruvifist' has 0 survey, 1 hovering: "
         "name the vehicle's own with --vehicle"
     )

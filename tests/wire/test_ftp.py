@@ -14,7 +14,7 @@ from service_rig import Rig
 
 from bridge.clock import SystemClock
 from bridge.onboard import file_server as server_module
-from bridge.onboard.file_server import FileServer, Segments, ServedAside
+from bridge.onboard.file_server import FileServer, Segments, ThreadedFileServer
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.ftp import Fault, Op, Packet, crc32
 from bridge.wire.ftp import decode as unpacked
@@ -264,7 +264,7 @@ class Wire:
 
 
 def test_pymavlinks_own_client_lists_and_reads_it(folder, tmp_path):
-    served = ServedAside(FileServer(Segments(folder), lambda _: FAST), SystemClock())
+    served = ThreadedFileServer(FileServer(Segments(folder), lambda _: FAST), SystemClock())
     try:
         client = mavftp.MAVFTP(Wire(served), 1, 191)
         client.process_ftp_reply("ResetSessions", timeout=60)

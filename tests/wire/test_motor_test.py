@@ -9,7 +9,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.errors import LinkError, LinkTimeout
 from bridge.onboard.orders import MotorTests, answer_command
 from bridge.wire.framing import Encoder
-from gcs_plugin.doctor.pulses import arm, disarm
+from gcs_plugin.doctor.motor_orders import arm, disarm
 
 ACCEPTED, DENIED = dialect.MAV_RESULT_ACCEPTED, dialect.MAV_RESULT_DENIED
 NEUTRAL = (1500.0, 1500.0, 1500.0)

@@ -18,7 +18,7 @@ from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.ports import Inbox, port_spec, run_ports
 from bridge.onboard.service import Bridge
 from bridge.sensors.bar30 import FakeBar30
-from bridge.sensors.drivers import greeting, make_parser
+from bridge.sensors.drivers import make_parser, start_command
 from bridge.sensors.kvh1750 import encode_kvh1750
 from bridge.sensors.samples import Arrival
 from bridge.vehicle.config import Device
@@ -252,7 +252,7 @@ def test_a_devices_port_names_its_link(device, spec):
 
 
 def test_devices_that_wait_to_be_asked_are_asked():
-    assert greeting(Device("wayfinder")).startswith(b"\xaa\x10\x01")
-    assert b"=dr,1000" in greeting(Device("kvh1760"))
-    assert greeting(Device("mti300")) == b""
+    assert start_command(Device("wayfinder")).startswith(b"\xaa\x10\x01")
+    assert b"=dr,1000" in start_command(Device("kvh1760"))
+    assert start_command(Device("mti300")) == b""
     assert make_parser(Device("bar30"), 8) is None

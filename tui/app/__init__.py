@@ -7,5 +7,5 @@ table of actions, the keymap, the view-only gate · `desk` state that the screen
 `header` the lines on top of every screen · `identification`, `diagnosis` as their verbs left them · `recorder` the
 recording, which outlives the app, `recording_news` notices on it · `alarm_notes` alarms as events of a dive ·
 `connecting` the ways to a vehicle, `connection` the one in use · `next_step` by the situation, `read_situation` it ·
-`keys_in_turn` · `terminal` how fast it draws, and the trace of a crash.
+`key_queue` keys taken one at a time · `terminal` how fast it draws · `crash_trace`.
 """

@@ -18,11 +18,12 @@ from bridge.errors import ConfigError, SeatrialError
 from bridge.vehicle.config import shipped_vehicles
 from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.params.last_accepted import reminder, unfinished
+from gcs_plugin.params.unfinished import reminder, unfinished
 from gcs_plugin.watch.alarms import SHIPPED, Settings
 from gcs_plugin.watch.picture import Kind
 from tui.app import themes
 from tui.app.alarm_notes import AlarmEvent, AlarmNotes
+from tui.app.crash_trace import keep_trace
 from tui.app.desk import Desk
 from tui.app.jobs import aside
 from tui.app.keys import EVERYWHERE, Action, Keymap, bindings
@@ -33,9 +34,9 @@ from tui.app.recordings import TELL_S
 from tui.app.screens.fly import FLY, flight_of
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen, HelpScreen, help_lines
+from tui.app.screens.parameters_transfer import WRITE
 from tui.app.screens.table import OPENING, SCREENS, ActionPalette, ActionProvider, Row, tabs
-from tui.app.screens.transfer import WRITE
-from tui.app.terminal import AnsweringDriver, RefreshRate, keep_trace
+from tui.app.terminal import AnsweringDriver, RefreshRate
 from tui.app.view import View, Views, aged
 
 WORDS_OF_COPY = Binding("ctrl+c", "help_quit", show=False, system=True)

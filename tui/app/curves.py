@@ -1,4 +1,7 @@
-"""Curves in braille, four dots up and two across per cell, with an axis of round numbers; and plots of a whole dive."""
+"""Curves in braille, four dots up and two across per cell, with an axis of round numbers; and plots of a whole dive.
+
+From values to cells: `extremes` of each column, `dots`, `braille`, `framed` by an axis; `plot` does all of it.
+"""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -192,7 +195,7 @@ def dotted(curve: Dots) -> Dots:
     return np.asarray(curve & (np.arange(curve.shape[1]) % 2 == 0))
 
 
-def times(marks: Iterable[tuple[float, str]], across: int) -> Line:
+def time_marks(marks: Iterable[tuple[float, str]], across: int) -> Line:
     """The row below a curve: texts at shares of its width."""
     row = [" "] * across
     for share, text in marks:
@@ -237,7 +240,7 @@ def plot(
     return (head, *framed(braille(drawn[0]), braille(dotted(drawn[1])), labels, "accent"))
 
 
-def seconds(time_s: Array, cells: int) -> Lines:
+def seconds_row(time_s: Array, cells: int) -> Lines:
     """The row of times below plots of that width, at round seconds; no row if there is nothing to plot."""
     across = cells - AXIS_CELLS
     if across < 1 or len(time_s) < 2:
@@ -246,4 +249,4 @@ def seconds(time_s: Array, cells: int) -> Lines:
     step_s = nice_step(max((last_s - first_s) * LABEL_CELLS / across, 1e-9))
     places = range(int(np.ceil(first_s / step_s)), int(last_s / step_s) + 1)
     marks = (((n * step_s - first_s) / (last_s - first_s), f"{n * step_s:g} s") for n in places)
-    return (times(marks, across),)
+    return (time_marks(marks, across),)

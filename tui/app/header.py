@@ -34,7 +34,8 @@ SHAPES: Final[dict[Armed, tuple[str, Role]]] = {
 
 @dataclass(frozen=True)
 class Piece:
-    """A part of the line in its forms, the longest first; a higher `weight` keeps a long form longer."""
+    """A part of the first line in its forms, the longest first. Where room is short, a piece of lower `weight` takes a
+    shorter form before one of higher weight does."""
 
     weight: int
     role: Role
@@ -65,7 +66,7 @@ def header(view: View, tabs: Sequence[Tab], cells: int) -> Lines:
     *other_tabs, tab_line = map(_tabs, _tab_rows(tabs, cells))
     loud: tuple[Span, ...] = (
         *((alarm, "failsafe") for alarm in _alarms(view, cells - 2)),
-        *((piece, "lost") for piece in _pieces(_alert(view), cells - 2)),
+        *((piece, "lost") for piece in _at_most_rows(_alert(view), cells - 2)),
     )
     below: Lines = tuple(((f" {text:<{cells - 2}} ", role),) for text, role in loud)
     under = (*other_tabs, tab_line if fits else apart(tab_line, clock, cells))
@@ -98,7 +99,7 @@ def _alarms(view: View, cells: int) -> tuple[str, ...]:
         return ()
     more = f" (and {len(alarms) - 1} more)" if len(alarms) > 1 else ""
     rows = ALARM_ROWS if cells >= PHONE else ALARM_ROWS_OF_A_PHONE
-    *above, last = _pieces(f"ALARM {alarms[0].words}", cells, rows)
+    *above, last = _at_most_rows(f"ALARM {alarms[0].words}", cells, rows)
     if len(last) + len(more) <= cells:
         return (*above, last + more)
     if len(above) + 1 < rows:
@@ -106,10 +107,10 @@ def _alarms(view: View, cells: int) -> tuple[str, ...]:
     return (*above, cut(last, cells - len(more)) + more)
 
 
-def _pieces(alert: str, cells: int, rows: int = 2) -> list[str]:
-    """Break a sentence into that many lines at most, and cut the rest."""
-    pieces = textwrap.wrap(alert, cells)
-    return pieces if len(pieces) <= rows else [*pieces[: rows - 1], cut(" ".join(pieces[rows - 1 :]), cells)]
+def _at_most_rows(alert: str, cells: int, rows: int = 2) -> list[str]:
+    """Break a sentence into at most that many rows, and cut the last if it does not fit."""
+    lines = textwrap.wrap(alert, cells)
+    return lines if len(lines) <= rows else [*lines[: rows - 1], cut(" ".join(lines[rows - 1 :]), cells)]
 
 
 def pieces(view: View) -> tuple[Piece, ...]:
@@ -266,6 +267,7 @@ def _tabs(tabs: Sequence[Tab]) -> Line:
 
 
 def tab_at(view: View, tabs: Sequence[Tab], cells: int, x: int, y: int) -> Tab | None:
+    """The tab under the cell (x, y) of the header, for a click; None if there is none."""
     rows = _tab_rows(tabs, cells)
     row = y - len(_stacked(pieces(view), cells))
     start = 0
@@ -280,8 +282,8 @@ def _alert(view: View) -> str:
     """The gravest condition that must not be overlooked; "" for none."""
     if view.behind_s > ENGINE_SILENT_S:
         return f"nothing is read from the link since {view.behind_s:.0f} s: leave the app and start it again"
-    if view.picture.twins or view.picture.stranger:
-        return view.picture.twins or view.picture.stranger
+    if view.picture.twins or view.picture.wrong_file:
+        return view.picture.twins or view.picture.wrong_file
     silent_s = view.recorder_silent_s
     if view.recording is not None and view.recorder_hangs:
         return f"the recorder hangs since {silent_s:.0f} s: {how_to_end(view.recording.pid)}"

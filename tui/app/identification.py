@@ -11,7 +11,7 @@ from bridge.files import written_ns
 from bridge.vehicle.coefficients import OF_HULL
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import accepted_of
-from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.meaning import coefficient_of
 from tui.app.jobs import json_in, newer
 from tui.dive_list import results_beside
 

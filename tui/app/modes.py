@@ -10,7 +10,7 @@ from tui.app.read_situation import ORDER, read_situation
 from tui.app.recordings import TELL_S, Recordings
 from tui.app.screens.fly import FLY, flight_of
 from tui.app.screens.overlays import AskScreen
-from tui.app.screens.transfer import ARMED, agrees
+from tui.app.screens.parameters_transfer import ARMED, agrees
 from tui.app.view import View
 
 BEING_SET = "a mode is on its way to the vehicle already"

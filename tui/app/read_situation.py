@@ -11,8 +11,9 @@ from bridge.errors import LogError, ParamError
 from bridge.files import written_ns
 from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back, unfinished
-from gcs_plugin.params.plan import coefficient_of
+from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back
+from gcs_plugin.params.meaning import coefficient_of
+from gcs_plugin.params.unfinished import unfinished
 from gcs_plugin.watch.picture import Armed, Kind
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns
 from tui.app.diagnosis import answer_in, is_contradicted
@@ -20,7 +21,7 @@ from tui.app.drawing import SAME
 from tui.app.jobs import JobState, json_in
 from tui.app.next_step import AXES, Situation
 from tui.app.screens.fly import flight_of
-from tui.app.screens.transfer import WRITE
+from tui.app.screens.parameters_transfer import WRITE
 from tui.app.view import GONE_S, View, heard_of
 from tui.dive_list import FAIR, kept_glance
 

@@ -13,8 +13,8 @@ from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.fly import FLY
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import AskScreen
+from tui.app.screens.parameters_transfer import agrees
 from tui.app.screens.table import SCREENS
-from tui.app.screens.transfer import agrees
 from tui.app.shell import Shell
 
 TELL_S = 20.0

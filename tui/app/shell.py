@@ -8,8 +8,8 @@ from textual.dom import DOMNode
 from textual.notifications import Notification, Notify, SeverityLevel
 
 from tui.app.desk import Desk
+from tui.app.key_queue import KeyQueue
 from tui.app.keys import EVERYWHERE, Action, Gate, Keymap
-from tui.app.keys_in_turn import KeysInTurn
 from tui.app.read_situation import LONG
 from tui.app.screens.frame import StationScreen
 from tui.app.screens.overlays import HelpScreen
@@ -23,7 +23,7 @@ SETTLES_S = 0.01
 VIEW_ONLY_WORDS = "VIEW ONLY: nothing is done from here"
 
 
-class Shell(KeysInTurn):
+class Shell(KeyQueue):
     """The part of the app that its other parts stand on.
 
     `desk` holds the work that the screens share, `views` makes the views to show. `view_only`: the user may look but

@@ -1,19 +1,15 @@
-"""The terminal: how fast it draws, and the trace of a crash.
+"""How fast the terminal draws, and a refresh rate that it can follow.
 
 After each drawing the terminal gets a query for its cursor, which it answers once it has drawn everything before: then
 its lag is known, and a slow terminal is drawn on less often. A terminal that never answers is assumed to keep up.
 """
 
-import traceback
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, Final
 
 from textual import events
 from textual.drivers.linux_driver import LinuxDriver
 from textual.message import Message
-
-from gcs_plugin.recording.state import state_file
 
 WHERE_IS_THE_CURSOR: Final = "\x1b[6n"
 LATE_S: Final = 0.5
@@ -96,23 +92,3 @@ class RefreshRate:
         if now_s < self._slow_until_s:
             return max(LAGGING_PERIOD_S, self._period_s)
         return self._period_s
-
-
-def trace_file() -> Path:
-    """Path of the trace; it replaces the trace of an earlier death."""
-    return state_file().with_name("died.txt")
-
-
-def keep_trace(error: BaseException) -> str:
-    """Write the trace of an error; return a sentence that reports the death."""
-    file = trace_file()
-    words = " ".join(f"{type(error).__name__}: {error}".split())
-    trace_words = f"what it died of is in {file}"
-    try:
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text("".join(traceback.format_exception(error)), encoding="utf-8")
-    except OSError as unwritten:
-        trace_words = f"no more is known, for {file} can't be written ({unwritten.strerror})"
-    return (
-        f"seatrial: the app has died ({words}); a recording goes on without it. Start it again; {trace_words}"
-    )

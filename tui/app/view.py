@@ -25,8 +25,9 @@ BEFORE_S: Final = 65.0
 
 @dataclass(frozen=True)
 class Forcing:
-    """State of the feed-forward's off switch since it was thrown: its observations in words, number of orders sent,
-    whether all vehicles are off, and the systems that are not known to be off yet.
+    """State of the feed-forward's off switch since it was thrown.
+
+    words: how it goes. sent: number of orders. done: all vehicles are off. waits_for: systems not known to be off yet.
     """
 
     words: str
@@ -51,13 +52,16 @@ class Replayed:
 class View:
     """All that the app shows at an instant.
 
-    `recording` runs or hangs; `behind_s` is the picture's age; `trouble` is a fault of the station, "" for none.
-
-    `view_only`: the user may only look. `replay` is the replayed dive, which Watch shows in place of the picture;
-    everything else here is live. `over`: the dive has ended in order, so that silence is no alarm; `waits`: and the
-    next one is recorded already, though no vehicle is heard. `last_heard`: the picture while the vehicle was last
-    heard, None if it never was. `next` is the thing to do now, and `situation` that by which it is; None if nobody
-    looked yet.
+    recording: it runs, or it hangs (`recorder_hangs`); None if there is none.
+    forcing: the off switch, None until it is thrown.
+    behind_s: age of the picture.
+    trouble: a fault of the station, "" for none.
+    view_only: the user may only look.
+    replay: the replayed dive, which Watch shows in place of the picture; everything else here is live.
+    over: the dive has ended in order, so that silence is no alarm.
+    waits: as `over`, and the next dive is recorded already, though no vehicle is heard.
+    last_heard: the picture when the vehicle was last heard, None if it never was.
+    next, situation: the thing to do now, and the situation that it follows from; None until that was determined.
     """
 
     picture: Picture

@@ -33,8 +33,10 @@ from gcs_plugin.doctor.checks import (
     worst,
 )
 from gcs_plugin.doctor.latency import wet_findings
+from gcs_plugin.doctor.motor_orders import arm, disarm
 from gcs_plugin.doctor.observe import Observed, observe
-from gcs_plugin.doctor.pulses import arm, confirm, disarm, duration_s, pulses, run_pulses
+from gcs_plugin.doctor.pulse_plan import duration_s, pulses
+from gcs_plugin.doctor.pulses import confirm, run_pulses
 from gcs_plugin.params.client import ParameterClient
 from tui import links, show
 from tui.show import harmless

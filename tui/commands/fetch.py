@@ -17,7 +17,7 @@ from bridge.links import secured
 from bridge.links.link import Link
 from bridge.text import say_warning
 from bridge.vehicle.config import load_vehicle
-from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import each_nonempty, read_tlog
 from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
 from gcs_plugin.fetch.fetching import Fetching, fetch
@@ -30,7 +30,7 @@ from gcs_plugin.fetch.into_dive import (
     segments_of_newest_boot,
 )
 from gcs_plugin.fetch.merge_order import Hole
-from gcs_plugin.fetch.merging import made_whole, newest_frames, write_records
+from gcs_plugin.fetch.merging import merge_recordings, newest_frames, write_records
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.fetch.requests import Listing
 from gcs_plugin.locks import merge_lock
@@ -134,7 +134,8 @@ def dive_of(arguments: argparse.Namespace, clock: Clock) -> DiveFolder:
 class Fetched:
     """Result of a fetch: the recording, its frames, and how many of them only the vehicle had.
 
-    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; OF_WHOLE as in `Whole`.
+    `damaged`: number of places without a readable frame in the vehicle's recording, as fetched; OF_WHOLE as in
+    `MergedRecording`.
     """
 
     path: Path
@@ -188,13 +189,13 @@ class Fetcher:
         refuse_recorded(folder, self.clock.unix_s(), AGAIN)
         boots = heard_in(folder)
         mirror = Mirror(folder.path.resolve().parent / MIRROR)
-        with mirror.alone():
+        with mirror.locked():
             fetching = Fetching(mirror, lambda listing: segments_of_dive(listing, boots), self.clock.boot_s())
             source = boots[-1].source
             self._fetch(fetching, source)
             ring = _paths(mirror, fetching.chosen)
             with merge_lock(folder.path, AGAIN):
-                made = remade(folder, source, lambda ground: made_whole(ground, ring, source), AGAIN)
+                made = remade(folder, source, lambda ground: merge_recordings(ground, ring, source), AGAIN)
             path = folder.path / WHOLE
         of_whole = {name: getattr(made, name) for name in OF_WHOLE}
         return Fetched(path, len(made.records), made.missing, fetching.fetched, made.damaged, **of_whole)
@@ -206,7 +207,7 @@ class Fetcher:
         mirror = Mirror(root / MIRROR)
         most_ms = None if minutes is None else round(minutes * 60_000)
         choose = partial(segments_of_newest_boot, most_ms=most_ms)
-        with mirror.alone():
+        with mirror.locked():
             fetching = Fetching(mirror, choose, self.clock.boot_s())
             self._fetch(fetching, vehicle)
         ring = _paths(mirror, fetching.chosen)
@@ -229,7 +230,7 @@ class Fetcher:
 
 def heard_in(folder: DiveFolder) -> list[Boot]:
     """The boots in a dive's recording. Raises LogError if it states none."""
-    frames = (f for records in of_those_that_hold_frames(folder.heard(), read_tlog) for _, f in records)
+    frames = (f for records in each_nonempty(folder.heard(), read_tlog) for _, f in records)
     boots = boots_in(frames)
     if not boots:
         raise LogError(

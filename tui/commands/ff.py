@@ -89,7 +89,7 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
     def over() -> bool:
         if switch.twins:
             raise LinkError(switch.twins)
-        switch.overruled = switch.overruled or orders.given(system)
+        switch.overruled = switch.overruled or orders.has_ordered_off(system)
         return progress.over() or bool(switch.refusal)
 
     with Progress(words, switch, clock, arguments.seconds or PATIENCE_S) as progress:

@@ -12,12 +12,12 @@ from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.errors import LogError, SeatrialError
 from bridge.files import replacing
-from bridge.wire.tlog import SUFFIXES, load_recording, of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import SUFFIXES, each_nonempty, load_recording, read_tlog
 from bridge.wire.whole_recording import GROUNDS, WHOLE
 from gcs_plugin.dives.folder import DiveFolder, load_folder
 from gcs_plugin.fetch.into_dive import refuse_recorded, remade, renew
 from gcs_plugin.fetch.merge_order import Hole
-from gcs_plugin.fetch.merging import Whole, made_whole
+from gcs_plugin.fetch.merging import MergedRecording, merge_recordings
 from gcs_plugin.locks import merge_lock
 from identify.ingest.mavlink.autopilot_log import merged
 from identify.ingest.mavlink.messages import clock
@@ -101,8 +101,8 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
         return _renewed(folder, file, source)
     strangers = f"{file}: has hardly a frame in common with the dive; check that it is of this dive"
 
-    def make(ground: Sequence[Path]) -> Whole:
-        merged_frames = made_whole(ground, [file], source, strangers)
+    def make(ground: Sequence[Path]) -> MergedRecording:
+        merged_frames = merge_recordings(ground, [file], source, strangers)
         if merged_frames.common < FEWEST or merged_frames.share < LEAST_SHARE:
             raise LogError(strangers)
         return merged_frames
@@ -111,7 +111,7 @@ def _frames(folder: DiveFolder, file: Path) -> Merged:
     return Merged(file, into, _came(file, into, merged_frames))
 
 
-def _came(file: Path, into: Path, whole: Whole) -> str:
+def _came(file: Path, into: Path, whole: MergedRecording) -> str:
     begins_us, ends_us = whole.records[0][0], whole.records[-1][0]
     lacking = lacking_words(whole.holes, whole.lost)
     subject = "what there is of the dive is" if lacking else "the dive is whole"
@@ -143,7 +143,7 @@ def _busiest(recordings: list[Path]) -> tuple[int, int]:
     """System and component of the vehicle that sent most frames."""
     counts = Counter(
         (frame.system, frame.component)
-        for records in of_those_that_hold_frames(recordings, read_tlog)
+        for records in each_nonempty(recordings, read_tlog)
         for _, frame in records
         if frame.system < GROUNDS
     )

@@ -22,7 +22,8 @@ from gcs_plugin.params.comparison import COLUMNS, LEGEND, NUMBERS
 from gcs_plugin.params.files import check_system, write_parameters
 from gcs_plugin.params.identified import origin_in, parameters_from_identification, sidecar_of
 from gcs_plugin.params.last_accepted import newest_before
-from gcs_plugin.params.plan import Verdict, acting_text, action_of, unit_of, value_text
+from gcs_plugin.params.meaning import acting_text, unit_of, value_text
+from gcs_plugin.params.plan import Verdict, action_of
 from gcs_plugin.params.proposal import Proposal, left_behind, propose_rollback, propose_upload
 from gcs_plugin.params.receipt import RESULT_COLUMNS, Newest, newest
 from gcs_plugin.params.session import Progress

@@ -20,7 +20,7 @@ from bridge.links.secured import Opener
 from bridge.vehicle.config import load_vehicle
 from gcs_plugin.dives.conditions import NOTHING_SAID
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, last_conditions
-from gcs_plugin.dives.split_recording import FULL, RecordedDive, RecordedDives
+from gcs_plugin.dives.recorded_dives import FULL, RecordedDive, RecordedDives
 from gcs_plugin.peers import GROUND_STATION
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.hub import Hub

@@ -9,7 +9,7 @@ from bridge import clock as clocks
 from bridge import exit_codes
 from bridge.links import secured
 from bridge.wire.redaction import carries_key
-from bridge.wire.tlog import of_those_that_hold_frames, read_tlog
+from bridge.wire.tlog import each_nonempty, read_tlog
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.replay import onward, play
 from tui import show
@@ -18,7 +18,7 @@ from tui import show
 def run(arguments: argparse.Namespace) -> int:
     path = Path(arguments.dive)
     files = load_folder(path).telemetry() if path.is_dir() else [path]
-    records = list(onward(chain.from_iterable(of_those_that_hold_frames(files, read_tlog))))
+    records = list(onward(chain.from_iterable(each_nonempty(files, read_tlog))))
     first_us, last_us = records[0][0], records[-1][0]
     start_us, length_us = first_us + arguments.start_s * 1e6, max(last_us - first_us, 1)
     if start_us > last_us:

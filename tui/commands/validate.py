@@ -15,7 +15,7 @@ from bridge.exit_codes import UsageError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from bridge.vehicle.mode import Mode
-from gcs_plugin.params.last_accepted import in_force
+from gcs_plugin.params.last_accepted import model_in_force
 from identify.dive import Dive, Kind, Signal
 from identify.ingest.open import read_dive
 from identify.run.validate import Validation, validate, verdict
@@ -127,7 +127,7 @@ def _foretold_in_force(
 ) -> Foretelling | None:
     # A dive in shadow is judged by the model loaded at its end: that is the one the feed-forward would act by.
     at_utc = began_for_receipts(dive) if mode.applies_feedforward else ended_for_receipts(dive)
-    model = in_force(receipts, file.vehicle.name, configuration, at_utc)
+    model = model_in_force(receipts, file.vehicle.name, configuration, at_utc)
     return None if model is None else foretelling_of(model.sidecar)
 
 

@@ -23,10 +23,10 @@ from bridge.wire.tlog import (
     LATEST_US,
     OUTLIER_US,
     STAMP_BYTES,
+    each_nonempty,
     load_recording,
     mended,
     next_record,
-    of_those_that_hold_frames,
 )
 
 _WIRE_TYPES = {
@@ -109,7 +109,7 @@ def load_frames(paths: Sequence[Path]) -> Frames:
     Raises LogError if a file can't be read, or if none holds a frame. `counts` lists files without frames as "files
     empty".
     """
-    files = list(of_those_that_hold_frames(paths, locate))
+    files = list(each_nonempty(paths, locate))
     counts: Counter[str] = Counter()
     if len(files) < len(paths):
         counts["files empty"] = len(paths) - len(files)

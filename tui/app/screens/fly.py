@@ -28,7 +28,7 @@ from tui.app.keys import HIDDEN, Action, bindings
 from tui.app.next_step import Flight
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskScreen, FormScreen
-from tui.app.screens.transfer import agrees
+from tui.app.screens.parameters_transfer import agrees
 from tui.app.view import View, heard_of
 
 PLAN, FLY = "calibrate plan", "calibrate"

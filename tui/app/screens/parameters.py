@@ -17,7 +17,7 @@ from tui.app.screens import parameters_table
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
 from tui.app.screens.parameters_in_file import in_file
-from tui.app.screens.transfer import READ, Transfer
+from tui.app.screens.parameters_transfer import READ, ParameterTransfer
 from tui.app.view import View
 
 
@@ -59,8 +59,8 @@ class ParametersScreen(StationScreen):
     _offered: object = None
 
     @cached_property
-    def _transfer(self) -> Transfer:
-        return Transfer(self.desk)
+    def _transfer(self) -> ParameterTransfer:
+        return ParameterTransfer(self.desk)
 
     @property
     def _picture(self) -> Picture | None:
@@ -221,7 +221,9 @@ class ParametersScreen(StationScreen):
             stale_s = transfer.stale_s(self._picture)
             ended = transfer.written.done if transfer.written is not None else None
             done = ended is not None and not ended.code
-            head = lines.top(transfer.shown, transfer.chosen, stale_s, cells, back=transfer.back, done=done)
+            head = lines.heading(
+                transfer.shown, transfer.chosen, stale_s, cells, back=transfer.back, done=done
+            )
             if transfer.written is None:
                 key = "" if transfer.back else self.key_of("parameters.upload")
                 head += lines.waiting(transfer.shown, key, cells)
@@ -248,7 +250,7 @@ class ParametersScreen(StationScreen):
         return f"{yet}; identify it, or choose another dive on Dives by Enter"
 
     def _became(self) -> dict[str, Written]:
-        return lines.became(self._transfer.written, self._transfer.shown)
+        return lines.results(self._transfer.written, self._transfer.shown)
 
     def _table(self, cells: int, rows: int) -> Lines:
         transfer = self._transfer

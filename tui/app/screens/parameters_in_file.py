@@ -9,7 +9,7 @@ from bridge.errors import LogError, ParamError
 from bridge.files import written_ns
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import accepted_of
-from gcs_plugin.params.plan import NOT_SET, acting, is_unset, unit_of
+from gcs_plugin.params.meaning import NOT_SET, acting, is_unset, unit_of
 from tui.app.drawing import SAME, Lines, lines_of, titled, wrapped
 from tui.app.screens.parameters_table import ONE, number
 

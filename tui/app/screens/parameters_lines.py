@@ -7,7 +7,7 @@ from typing import Any, Final
 from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.comparison import Compared, Comparison
-from gcs_plugin.params.plan import NOT_SET
+from gcs_plugin.params.meaning import NOT_SET
 from gcs_plugin.params.upload import Stage
 from tui.app.drawing import Lines, ago, lines_of, titled, wrapped
 from tui.app.jobs import JobState, progress
@@ -17,7 +17,10 @@ READ_FIRST: Final = "The vehicle is read before anything is written."
 
 
 def details(entry: Compared, became: Written | None, stale_s: float | None, cells: int) -> Lines:
-    """All that is known about one line, in sentences; `stale_s` is the age of the vehicle's value, None if fresh."""
+    """All that is known about a parameter, in sentences.
+
+    became: the result of writing it, None if it was not written. stale_s: age of the vehicle's value, None if fresh.
+    """
     interval = ""
     if half(entry):
         interval = f", 95 % between {number(entry.low95)} and {number(entry.high95)} given the thrust"
@@ -51,7 +54,7 @@ def _against_interval(change: float) -> str:
 
 
 def _value(entry: Compared, value: float) -> str:
-    """The value by which the vehicle acts; of one that is not set, that it is not."""
+    """The value by which the vehicle acts, with a note if it is a default because the parameter is not set."""
     acts_by = entry.acts_by(value)
     return acting_number(entry, value) if acts_by == value else f"{number(acts_by)} ({NOT_SET})"
 
@@ -66,7 +69,7 @@ def _when(time: str) -> str:
     return f"{time[:10]} {time[11:13]}:{time[13:15]} UTC"
 
 
-def top(
+def heading(
     shown: Comparison, chosen: Collection[str], stale_s: float | None, cells: int, *, back: bool, done: bool
 ) -> Lines:
     """Heading: the file, the number of lines chosen (or written, once `done`), and the age of stale values."""
@@ -161,8 +164,8 @@ def _doing(stage: str) -> str:
     return "The parameters are being written."
 
 
-def became(written: JobState | None, shown: Comparison | None) -> dict[str, Written]:
-    """Result of each line that was written, as far as it is known."""
+def results(written: JobState | None, shown: Comparison | None) -> dict[str, Written]:
+    """The result of each line that was written, by parameter id, as far as it is known."""
     if written is None:
         return {}
     lines = (report.written for report in written.reports)

@@ -20,7 +20,7 @@ from tui.app.curves import (
     framed,
     scale_for,
     tick_labels,
-    times,
+    time_marks,
 )
 from tui.app.drawing import NOTHING, SHOWN_IN, Line, Lines, Role, Span, ago, number, width
 
@@ -99,7 +99,7 @@ def chart(quantity: Quantity, trace: Trace | None, now_s: float, cells: int, row
     if rows < WITH_TIMES:
         return (head, *body)
     ago = range(0, int(SPAN_S) + 1, LABEL_EVERY_S)
-    return (head, *body, times(((1 - s / SPAN_S, f"-{s} s" if s else "now") for s in ago), across))
+    return (head, *body, time_marks(((1 - s / SPAN_S, f"-{s} s" if s else "now") for s in ago), across))
 
 
 def _role(trace: Trace) -> Role:

@@ -16,7 +16,7 @@ from bridge.vehicle.mode import Mode
 from identify.validation.axis_criteria import Criterion
 from identify.validation.raising import BASELINE
 from identify.validation.tracking_curves import CURVES, WRENCH_UNITS, Followed
-from tui.app.curves import Curve, plot, seconds
+from tui.app.curves import Curve, plot, seconds_row
 from tui.app.desk import VALIDATED, can_check
 from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, beside, cut, number, stacked, wrapped
 from tui.app.header import PHONE, Tab
@@ -247,7 +247,7 @@ def curve_lines(run: Run, axis: str, cells: int, rows: int) -> Lines:
         *_speed(moving, cells, each + (spare_rows > 1)),
         *_difference(moving, cells, each),
         *_wrench(moving, cells, each + (spare_rows > 0)),
-        *seconds(moving.time_s, cells),
+        *seconds_row(moving.time_s, cells),
     )
 
 

@@ -1,4 +1,4 @@
-"""The dives of a recording, one after the other, each in a folder of its own."""
+"""The dives of a recording that runs, one after the other, each in a folder of its own."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from gcs_plugin.dives.folder import About, DiveFolder, new_folder
 from gcs_plugin.recording.recorder import DiveCounts, Recorder
 
 FULL_BYTES: Final = 2_000_000_000
-"""Of a dive's files. A reader takes no more than MOST_BYTES of a file, and refuses a larger one."""
+"""At this size of its files a dive ends and the next begins: a reader refuses a file of more than MOST_BYTES."""
 FULL: Final = (
     f"the dive has {FULL_BYTES / 1e9:.0f} GB, and little more is read of one: it goes on in the next dive"
 )
@@ -87,7 +87,10 @@ class RecordedDives:
             raise
 
     def go_on_if_full(self, recorder: Recorder, begun: Callable[[RecordedDive], None]) -> bool:
-        """Do as `go_on` does, once, where the present dive holds FULL_BYTES; return whether it does."""
+        """Begin the next dive, as `go_on` does, if the present one holds FULL_BYTES; tried once for each dive.
+
+        Return whether it was tried.
+        """
         kept = recorder.kept
         if self._filled is self.folder or kept.bytes + STAMP_BYTES * kept.frames < FULL_BYTES:
             return False
@@ -104,7 +107,7 @@ class RecordedDives:
         return dive
 
     def _new(self, number: int = 1) -> DiveFolder:
-        """The folder of the dive of that number, in which a name ends from the second dive on."""
+        """Make the folder of the dive of that number; from the second on the number is the end of its name."""
         name = f"{self._name}-{number}" if self._name and number > 1 else self._name
         folder = new_folder(self._root, self._clock.unix_s(), name)
         try:

@@ -55,7 +55,7 @@ def comparison(data: Any) -> Comparison | None:
     return replace(read, parameters=tuple(lines))
 
 
-class Transfer:
+class ParameterTransfer:
     """A file compared with the vehicle, or with `back` the values before the last upload compared with it.
 
     `shown` is the comparison that was read, None while there is none; `chosen` the names of the lines to write;

@@ -1,4 +1,4 @@
-"""Keys in turn: each key reaches a screen only after the previous key has taken effect.
+"""A queue of keys: each key reaches a screen only after the previous key has taken effect.
 
 Textual sends a key to the widget that has the focus at that moment, and the effect travels through the queues of all
 its ancestors: keys that a slow link delivers in one burst would otherwise go to the line or screen that was just left.
@@ -15,19 +15,19 @@ from textual.driver import Driver
 from textual.message import Message
 
 KEY_PATIENCE_S: Final = 1.0
-"""Limit for the effect of a key whose widget disappears before handling it."""
+"""The next key waits no longer than this: if its widget disappears, a key never reports that it took effect."""
 
 
 class KeyBehind(Message):
-    """Follows the key through the same queues, so that it arrives after the key's effect."""
+    """Follows a key through the same queues, so that it arrives after the key has taken effect."""
 
     def __init__(self, turn: int) -> None:
         super().__init__()
         self.turn = turn
 
 
-class KeysInTurn(App[None]):
-    """App that gives its screens a key at a time; those of the bindings in `AT_ONCE` do not wait."""
+class KeyQueue(App[None]):
+    """An app that gives its screens one key at a time; keys of the bindings in `AT_ONCE` do not wait in the queue."""
 
     AT_ONCE: ClassVar[frozenset[str]] = frozenset()
 
