@@ -16,7 +16,7 @@ from identify.batch.jobs import Result
 from identify.batch.page import batch_report
 from identify.batch.rows import diagnosed, rows_of, to_csv, to_json
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.report.page import render_report
 from identify.statistics import Z95
 from tui import cli

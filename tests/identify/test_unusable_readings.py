@@ -15,7 +15,7 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError
 from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.checks.actuation.controller import frozen_doubts
 from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
 from identify.checks.readings.copies import without_copies
