@@ -28,7 +28,7 @@ PRIVATE = 0o600
 
 
 def locked(data: bytes, key: str) -> bytes:
-    """Encrypt data under a key; a second call decrypts it."""
+    """Encrypt data under a key by XOR with a stream of hashes. Called again with that key, it decrypts."""
     stream = bytearray()
     for number in count():
         if len(stream) >= len(data):
