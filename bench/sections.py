@@ -6,7 +6,7 @@ from pathlib import Path
 from types import ModuleType
 
 from bench import paper_network
-from bench.accuracy import coverage, prediction, thrift
+from bench.accuracy import coverage, prediction, shorter_recordings
 from bench.accuracy import section as accuracy
 from bench.ardusub import page as ardusub
 from bench.diagnosis import page as diagnosis
@@ -84,7 +84,7 @@ SECTIONS = {
     "reading": Measurement(reading, lambda run: reading.page(run.kept, _FIRST)),
     "bags": Measurement(bags, lambda run: bags.page(run.kept)),
     "station": Measurement(station, lambda run: station.page(run.kept, _FIRST)),
-    "thrift": Measurement(thrift, lambda run: thrift.page(run.kept, run.campaigns)),
+    "thrift": Measurement(shorter_recordings, lambda run: shorter_recordings.page(run.kept, run.campaigns)),
     "prediction": Measurement(
         prediction, lambda run: prediction.page(run.kept, run.campaigns, run.seeds(4, 20))
     ),

@@ -24,7 +24,7 @@ TITLES = {
     "closed form": "closed form of the paper's loss",
     "least squares": "finite-difference least squares",
 }
-"""The methods that thrift and prediction compare, the product's first."""
+"""The methods that `shorter_recordings` and `prediction` compare, the product's first."""
 
 
 def method(name: str) -> Estimator:

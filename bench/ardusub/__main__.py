@@ -3,7 +3,7 @@
 import argparse
 
 from bench.ardusub.cases import CASES
-from bench.ardusub.firmware import WHY_NOT, binary
+from bench.ardusub.firmware import WHY_NOT, firmware_path
 from bench.ardusub.page import FOLLOWING, PLANNED, measured
 from bench.stamp import ROOT
 
@@ -12,7 +12,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m bench.ardusub", description=__doc__)
     parser.add_argument("cases", nargs="+", choices=(*CASES, PLANNED, FOLLOWING))
     arguments = parser.parse_args()
-    path = binary()
+    path = firmware_path()
     if path is None:
         parser.error(WHY_NOT)
     folder = ROOT / "runs" / "ardusub"

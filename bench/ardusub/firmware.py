@@ -1,7 +1,7 @@
-"""The real ArduSub as a process, a simulated body under it: for `SEATRIAL_ARDUSUB=/path/to/ardusub`.
+"""Runs the real ArduSub firmware as a process on a simulated body, if SEATRIAL_ARDUSUB names its program.
 
-ArduSub's simulator waits for the body after every step, so time is the body's own: a loaded computer makes the dive
-take longer, and changes nothing in it.
+ArduSub's simulator waits for the body after every step, so the body sets the time: on a loaded computer a dive takes
+longer, and is the same dive.
 """
 
 import os
@@ -26,7 +26,7 @@ LINKS_PORT: Final = 5760
 """Where the first link of the first instance listens, the second 2 higher; each further instance 10 higher."""
 START_S: Final = 60.0
 SPEEDUP: Final = 20
-"""Times real time that the firmware may run at; the body's computer bounds it earlier."""
+"""The firmware may run at so many times real time; the computer of the body is slower than that."""
 SETTINGS: Final[Mapping[str, float]] = {
     "FRAME_CONFIG": 1, "ARMING_CHECK": 0, "BRD_OPTIONS": 0, "SYSID_MYGCS": 255, "FS_GCS_ENABLE": 2,
     "FS_PILOT_INPUT": 2, "JS_GAIN_DEFAULT": 0.5, "VISO_TYPE": 1, "EK3_SRC1_POSXY": 0, "EK3_SRC1_VELXY": 6,
@@ -39,8 +39,8 @@ SETTINGS: Final[Mapping[str, float]] = {
 the declination there, rad."""
 
 
-def binary() -> Path | None:
-    """The firmware; None where none is named. Raises FileNotFoundError for a name of nothing."""
+def firmware_path() -> Path | None:
+    """Path that SEATRIAL_ARDUSUB names, None if it is not set. Raises FileNotFoundError if no file is there."""
     named = os.environ.get(VARIABLE)
     if not named:
         return None
@@ -51,9 +51,9 @@ def binary() -> Path | None:
 
 
 def free_instance() -> int:
-    """The least instance number of the simulator whose ports, that of the body and those of the links, are free.
+    """The lowest instance number whose ports are all free: the body's, and those of the two links.
 
-    A firmware whose body has gone holds on to its links.
+    The links are tried too because a firmware whose body has gone still holds them.
     """
     for number in range(20):
         base = LINKS_PORT + 10 * number
@@ -74,7 +74,7 @@ def free_instance() -> int:
     raise LinkError(f"ports {PORT} to {PORT + 190}: none is free; end the simulators that run")
 
 
-def reached(spec: str) -> Link:
+def link_when_up(spec: str) -> Link:
     """A link to a firmware that is starting. Raises LinkError if it does not start."""
     for _ in range(round(START_S / 0.1)):
         try:
@@ -84,7 +84,7 @@ def reached(spec: str) -> Link:
     raise LinkError(f"{spec}: the firmware did not start")
 
 
-def launched(
+def started(
     path: Path, folder: Path, number: int, settings: Mapping[str, float], speedup: float, step_hz: float
 ) -> "subprocess.Popen[bytes]":
     """Instance `number` of the firmware in `folder`, with `settings` for its parameters.
@@ -150,12 +150,12 @@ class Firmware:
             target=serve, args=(body, PORT + 10 * number, self._stop, self._tick), daemon=True
         )
         self._physics.start()
-        self._process = launched(path, folder, number, settings, speedup, body.step_hz)
+        self._process = started(path, folder, number, settings, speedup, body.step_hz)
         base = LINKS_PORT + 10 * number
         self._links: list[Link] = []
         try:
             for port in (base, base + 2):
-                self._links.append(reached(f"tcp:127.0.0.1:{port}"))
+                self._links.append(link_when_up(f"tcp:127.0.0.1:{port}"))
         except LinkError:
             self.close()
             raise
@@ -193,8 +193,8 @@ class Firmware:
             self._ended.set()
 
 
-class Stepped:
-    """A firmware whose time stands still between two calls, so that a flight waits for what takes long beside it."""
+class SteppedFirmware:
+    """A firmware whose clock runs only within `run` and `until`: slow work between two calls costs no flight time."""
 
     def __init__(self, process: Firmware) -> None:
         self.process, self.clock = process, process.clock
@@ -204,15 +204,15 @@ class Stepped:
         self.begin()
 
     def begin(self) -> None:
-        """Let the time stand still."""
+        """Stop the clock until the first call."""
         threading.Thread(target=self._work_on, daemon=True).start()
 
     def run(self, seconds: float, *acts: Act) -> None:
-        """Let time pass; `acts` run every TICK_S."""
+        """Let the clock run for so long, and each of `acts` every TICK_S."""
         self.until(lambda: False, seconds, *acts)
 
     def until(self, met: Act, seconds: float, *acts: Act) -> Any:
-        """Let time pass until a condition is met, for so long at most; return the condition's value."""
+        """Let the clock run until a condition is met, for `seconds` at most; return the condition's value."""
 
         def script() -> Iterator[Any]:
             until_s = self.clock.boot_s() + seconds
@@ -247,12 +247,12 @@ class Stepped:
                 self._results.put((None, error))
 
 
-class Passing(Link):
-    """The ground's link to a stepped firmware: a read lets time pass, in which `acts` run."""
+class SteppedLink(Link):
+    """The ground's link to a stepped firmware: a read lets the firmware's clock run, and `acts` meanwhile."""
 
     name = "tcp:autopilot"
 
-    def __init__(self, firmware: Stepped, *acts: Act) -> None:
+    def __init__(self, firmware: SteppedFirmware, *acts: Act) -> None:
         self._firmware, self._acts = firmware, acts
 
     def read(self, timeout_s: float) -> bytes:

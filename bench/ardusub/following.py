@@ -14,7 +14,7 @@ from typing import Any, Final
 import numpy as np
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
-from bench.ardusub.firmware import SETTINGS, SPEEDUP, Firmware, Stepped
+from bench.ardusub.firmware import SETTINGS, SPEEDUP, Firmware, SteppedFirmware
 from bench.ardusub.flight import GAIN, Aboard, Pilot, vehicle_file
 from bridge.ardusub.applet import APPLET, FIRST_OUTPUT, NAME, TICK_S, applet
 from bridge.ardusub.companion import companion_file
@@ -73,7 +73,7 @@ class Afloat:
             first_output=FIRST_OUTPUT,
             step_hz=FOR_SCRIPTS_HZ,
         )
-        self._firmware = Stepped(Firmware(path, folder, body, WIRED, speedup))
+        self._firmware = SteppedFirmware(Firmware(path, folder, body, WIRED, speedup))
         self._body, self._clock = body, self._firmware.clock
         self._aboard = Aboard(self._firmware.process, self._file, folder / "ring", seed=1)
         self.pilot = Pilot(self._firmware.ground, self._clock)

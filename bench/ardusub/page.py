@@ -1,9 +1,9 @@
 """`python -m bench ardusub`: dives of the real firmware with the companion, identified and diagnosed, into
 docs/ardusub.md.
 
-Recordings and figures of a case are kept in runs/, so that a run that was stopped goes on; a dive that other code flew
-is flown again, one that other code identified is read again.
-`python -m bench.ardusub CASE ...` measures some of the cases into runs/ alone.
+Recordings and figures of a case are kept in runs/, so that a run that was stopped goes on. A dive is flown again if the
+code that flew it has changed, and read again if the code that identified it has.
+`python -m bench.ardusub CASE ...` measures only these cases, into runs/.
 """
 
 import json
@@ -17,7 +17,7 @@ from typing import Any, Final
 import numpy as np
 
 from bench.ardusub.cases import CASES, PLAIN, recording_of, truth_of, versions
-from bench.ardusub.firmware import WHY_NOT, binary
+from bench.ardusub.firmware import WHY_NOT, firmware_path
 from bench.ardusub.flight import vehicle_file
 from bench.ardusub.following import ALONE
 from bench.ardusub.following import measured as measured_following
@@ -41,7 +41,7 @@ SOURCES: Final = (
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
 BEGIN_FOLLOWED: Final = "<!-- the ways to follow the sticks, written by python -m bench ardusub -->"
 END: Final = "<!-- end -->"
-PUSHED: Final = (0, 1, 2, 5)
+PUSHED_DOFS: Final = (0, 1, 2, 5)
 PLAIN_DIVES: Final = 5
 """Dives with nothing planted, each in another sea: eight intervals of one dive tell little of how often they hold."""
 
@@ -53,7 +53,7 @@ def page(runs: Path, docs: Path) -> str:
 
     Where no firmware is at hand, they stay as they are.
     """
-    path = binary()
+    path = firmware_path()
     if path is None:
         return f"Dives of the real ArduSub: [their table](ardusub.md#figures). Not measured anew: {WHY_NOT}."
     results = {name: measured(path, runs / "ardusub", name) for name in (*CASES, PLANNED, FOLLOWING)}
@@ -127,10 +127,12 @@ def answer_of(verb: str, recording: Path, *options: str) -> dict[str, Any]:
 
 
 def identified(answers: Sequence[dict[str, Any]], truth: Truth) -> dict[str, Any]:
-    """Of each degree of freedom that was pushed: mass, and drag at the dive's usual speed, each [true, value, low,
-    high] by dive, with the interval given the thrust."""
-    figures: dict[str, Any] = {DOFS[dof]: {"mass": [], "drag": [], "speed": []} for dof in PUSHED}
-    for answer, dof in product(answers, PUSHED):
+    """Mass, and drag at the dive's usual speed, of each degree of freedom that was pushed.
+
+    Each is [true, value, low, high] by dive, with the interval that holds if the thrust is exact.
+    """
+    figures: dict[str, Any] = {DOFS[dof]: {"mass": [], "drag": [], "speed": []} for dof in PUSHED_DOFS}
+    for answer, dof in product(answers, PUSHED_DOFS):
         of_axis = figures[name := DOFS[dof]]
         mass = next(each for each in answer["parameters"] if each["name"] == MASSES[dof].name)
         drag = next(each for each in answer["drag_forces"] if each["axis"] == name)

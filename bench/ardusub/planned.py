@@ -1,7 +1,7 @@
-"""A plan that the companion flies beside the real firmware, against laps flown by sticks: time to know the masses as
-well. How well both know the drags then is told too.
+"""How much sooner a plan that the companion flies knows the masses than laps flown by hand, with the real firmware.
 
-Beside the flight identifications take the time that this computer's processors spend on them.
+Both fly until they know the masses equally well; how well they know the drags then is measured as well. Identifications
+during the flight count with the time that they take of this computer's processors.
 """
 
 import shutil
@@ -13,7 +13,7 @@ from typing import Any, Final
 
 import numpy as np
 
-from bench.ardusub.firmware import SETTINGS, Firmware, Passing, Stepped
+from bench.ardusub.firmware import SETTINGS, Firmware, SteppedFirmware, SteppedLink
 from bench.ardusub.flight import Aboard, Pilot, fly, vehicle_file
 from bench.operation.flying import LIMITS, as_well, flight, plan_of
 from bridge.ardusub.companion import companion_file
@@ -38,7 +38,7 @@ WITHIN: Final = Limits(space_m=4.5, depth_space_m=0.9, speed_m_s=0.5)
 READY_S: Final = 60.0
 FLIGHTS: Final = 5
 WIDEST, EACH = "widest", "each"
-"""Flights are asked for every mass to the widest interval that laps leave of one, or for each to its own."""
+"""What a flight is asked for: every mass as well as laps know the one they know worst, or each as well as laps do."""
 SLOWER: Final = ("rows at 0.3", "rows at 0.2")
 
 
@@ -49,9 +49,10 @@ def laps() -> Mission:
 
 
 def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
-    """Laps by hand, and a plan flown until as much is known, in several seas; `folder` is made anew.
+    """Fly the laps once, then the plan in several seas until as much is known; `folder` is made anew.
 
-    By flight: `known_s`, `identify_s`, the widths `flown`, and `masses`, [true, value, low, high] given the thrust.
+    Of the laps: their duration `hand_s` and relative interval widths `hand`. Of each flight: `known_s` until that was
+    known, `identify_s` for one identification, the widths `flown`, and `masses` as [true, value, low, high].
     """
     shutil.rmtree(folder, ignore_errors=True)
     vehicle = vehicle_file(folder)
@@ -85,7 +86,7 @@ def measured(path: Path, folder: Path, truth: Truth) -> dict[str, Any]:
 def masses_of(
     root: Path, file: VehicleFile, configuration: str, truth: Truth, names: Sequence[str]
 ) -> dict[str, list[float]]:
-    """The masses that the ground's recording in `root` tells, each [true, value, low, high] given the thrust."""
+    """Masses identified from the ground's recording in `root`, each [true, value, low, high] if thrust is exact."""
     (about,) = root.glob(f"*/{ABOUT}")
     answer = estimator(DEFAULT)(read_dive(about.parent, None, file), file, configuration, lambda *_: None)
     return {
@@ -104,10 +105,10 @@ def flown(
     wanted: Wanted,
     seed: int,
 ) -> tuple[Outcome, list[float]]:
-    """Fly a plan from the surface until all that is wanted is known; the seconds of each identification."""
+    """Fly a plan from the surface until all that is wanted is known; also the seconds of each identification."""
     file = companion_file(load_vehicle(str(vehicle)))
     configuration = next(iter(file.vehicle.configurations))
-    firmware = Stepped(
+    firmware = SteppedFirmware(
         Firmware(path, folder, json_body(file, configuration, truth, seed=seed), {**SETTINGS, **BATTERY})
     )
     try:
@@ -117,7 +118,7 @@ def flown(
         pilot.sticks = {}
         firmware.until(lambda: pilot.standing_by, READY_S, aboard, pilot.step)
         firmware.until(lambda: not aboard.companion.no_flight(clock.boot_s()), READY_S, aboard, pilot.step)
-        link = Passing(firmware, aboard)
+        link = SteppedLink(firmware, aboard)
         return flight(
             link,
             clock,

@@ -65,7 +65,7 @@ def power_job(planned: Planned) -> Data:
     return {
         "effect": answered.truth["effects"][0]["name"],
         "size": answered.truth["size"],
-        "hit": answer_judged.first(),
+        "hit": answer_judged.named_first(),
         "said": answer_judged.named[0].name if answer_judged.named else answer_judged.verdict,
     }
 

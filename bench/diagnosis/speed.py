@@ -18,7 +18,7 @@ from bench.stamp import CURVES, reached, stamp
 from bench.words import paragraph
 from bridge.errors import FitError
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 
 SOURCES = (reached("bench/diagnosis/speed.py", "tui/commands/diagnose.py"), CURVES)
 DIVE, VEHICLE = "dive.tlog", "vehicle.yaml"

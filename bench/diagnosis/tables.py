@@ -48,7 +48,9 @@ def by_size(hits: Sequence[tuple[float, bool]], points: int) -> list[tuple[float
 def pooled_power(trials: Sequence[Trial], points: int) -> str:
     """The power curve of all effects that remain visible after a refit, together."""
     seen = [
-        (float(trial.truth["size"]), judged(trial).first()) for trial in trials if judged(trial).kind == "one"
+        (float(trial.truth["size"]), judged(trial).named_first())
+        for trial in trials
+        if judged(trial).kind == "one"
     ]
     rows = [(f"{low:.2f} to {high:.2f}", figure_words(rate)) for low, high, rate in by_size(seen, points)]
     return blocks(
@@ -68,7 +70,7 @@ def by_effect(trials: Sequence[Trial]) -> str:
     names = sorted({dive.truth["effects"][0]["name"] for dive in trials})
     for name in names:
         of_effect = [dive for dive in trials if dive.truth["effects"][0]["name"] == name]
-        hit = [dive for dive in of_effect if judged(dive).first()]
+        hit = [dive for dive in of_effect if judged(dive).named_first()]
         missed = [dive for dive in of_effect if dive not in hit]
         rate = Rate(len(hit), len(of_effect))
         mark = " (a refit takes it up)" if name in ABSORBED else ""

@@ -17,7 +17,7 @@ from bench.stamp import CURVES, reached, stamp
 from bridge.errors import SeatrialError
 from identify.challenge.answer import Answer, answer_of
 from identify.challenge.case import Case, check_of, dive_of
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.result import Diagnosis, plain
 from identify.dive import Dive

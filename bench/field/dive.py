@@ -1,4 +1,4 @@
-"""One dive under the autopilot, compiled: `world.rates` with the challenge's thrusters and hull, 20 pulses a second."""
+"""One dive under the autopilot, compiled: the challenge's body, hull and thrusters, with 20 pulses a second."""
 
 from typing import NamedTuple
 
@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from bench.field.autopilot import NEUTRAL, Autopilot, Memory, pulses, wrench
 from bridge.arrays import Array
+from identify.challenge.equations_of_motion import STATES, WORK, Body, assign, state_derivative
 from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
-from identify.challenge.world import STATES, WORK, Body, assign, rates
 
 STEP_S = 0.005
 EACH = 10
@@ -21,7 +21,7 @@ AHEAD_A_N15, ASTERN_A_N15, HOTEL_A = 0.062, 0.095, 1.2
 
 
 class Water(NamedTuple):
-    """moved (steps + 1, 12) or (1, 12): motion of the water as `world.rates` takes it; push (steps + 1, 6): wrench
+    """moved (steps + 1, 12) or (1, 12): motion of the water as `state_derivative` takes it; push (steps + 1, 6): wrench
     that depends on time alone; grown: share by which all drag grows per second."""
 
     moved: Array
@@ -113,7 +113,7 @@ def dive(
         ahead = water.moved[min(step + 1, len(water.moved) - 1)]
         assign(tau, water.push[step])
         add_wrench(second, state[7:13], prop, tau)
-        rates(state, tau, here, grown, body, hull, 0.0, 0.0, k1, work)
+        state_derivative(state, tau, here, grown, body, hull, 0.0, 0.0, k1, work)
         assign(ticks.moving[step], k1[0:3])
         if step % EACH == 0:
             assign(ticks.state[tick - 1], state)
@@ -131,15 +131,15 @@ def dive(
         assign(trial, state + 0.5 * h * k1)
         assign(tau, 0.5 * (water.push[step] + water.push[step + 1]))
         add_wrench(middle, trial[7:13], prop, tau)
-        rates(trial, tau, here, grown, body, hull, 0.0, 0.0, k2, work)
+        state_derivative(trial, tau, here, grown, body, hull, 0.0, 0.0, k2, work)
         assign(trial, state + 0.5 * h * k2)
         assign(tau, 0.5 * (water.push[step] + water.push[step + 1]))
         add_wrench(middle, trial[7:13], prop, tau)
-        rates(trial, tau, here, grown, body, hull, 0.0, 0.0, k3, work)
+        state_derivative(trial, tau, here, grown, body, hull, 0.0, 0.0, k3, work)
         assign(trial, state + h * k3)
         assign(tau, water.push[step + 1])
         add_wrench(second, trial[7:13], prop, tau)
-        rates(trial, tau, ahead, grown, body, hull, 0.0, 0.0, k4, work)
+        state_derivative(trial, tau, ahead, grown, body, hull, 0.0, 0.0, k4, work)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         norm = np.sqrt(np.sum(state[3:7] ** 2))
         for i in range(3, 7):

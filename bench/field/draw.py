@@ -24,8 +24,8 @@ TILT = 0.01
 
 
 @dataclass(frozen=True)
-class Felt:
-    """Strength of the effect by degree of freedom, (6,) each.
+class Strength:
+    """How strong the effect of a dive is, by degree of freedom, (6,) each.
 
     of_thrust: rms of the planted wrench over that of the thrust; over_sea: rms of the part that a refit of masses,
     linear and quadratic dampings leaves, over the standard deviation of the sea.
@@ -45,10 +45,9 @@ class Felt:
 
 
 def missing_wrench(flown: Flown) -> Array:
-    """Wrench (n, 6), N and N m, that is missing at the ticks.
+    """Wrench (n, 6), N and N m, body axes, that the true masses and dampings leave unexplained at the ticks.
 
-    It is the total wrench less the true model's, quadratic drag included, which takes thrust from the pulses by the
-    crew's curve and lag, and less the sea's.
+    Thrust is that of the pulses by the crew's curve and lag; the sea's wrench counts as explained.
     """
     vehicle, ticks = flown.scenario.vehicle, flown.ticks
     shape = vehicle.configuration
@@ -61,7 +60,7 @@ def missing_wrench(flown: Flown) -> Array:
     return np.asarray(modelled - ticks.nominal @ allocation_matrix(shape).T - flown.sea)
 
 
-def felt(flown: Flown, std: Array) -> Felt:
+def strength_of(flown: Flown, std: Array) -> Strength:
     """Strength of a dive's effect in a sea of standard deviation `std` (6,).
 
     In roll and pitch the sea counts as at least the moment that tilts the vehicle by TILT.
@@ -72,13 +71,13 @@ def felt(flown: Flown, std: Array) -> Felt:
     gap = missing_wrench(flown)
     if not np.isfinite(gap).all():
         # The planted effect made the vehicle turn over ever faster. That is no dive, and it will be drawn again.
-        return Felt(np.full(6, np.inf), np.full(6, np.inf))
+        return Strength(np.full(6, np.inf), np.full(6, np.inf))
     thrust = flown.ticks.nominal @ allocation_matrix(flown.scenario.vehicle.configuration).T
     rms = np.sqrt(np.mean(thrust**2, axis=0))
     table, value = (_columns(flown) / std[None, :, None]).reshape(-1, 18), (gap / std).reshape(-1)
     left = value - table @ np.linalg.lstsq(table, value, rcond=None)[0]
     of_thrust = np.divide(np.sqrt(np.mean(gap**2, axis=0)), rms, out=np.zeros(6), where=rms > 1e-6)
-    return Felt(of_thrust, np.sqrt(np.mean(left.reshape(-1, 6) ** 2, axis=0)))
+    return Strength(of_thrust, np.sqrt(np.mean(left.reshape(-1, 6) ** 2, axis=0)))
 
 
 def _columns(flown: Flown) -> Array:
@@ -97,22 +96,25 @@ EMPTY_EACH = 8
 SMALLEST, LARGEST = 0.45, 2.2
 """Sizes relative to the typical size, drawn evenly in logarithms."""
 
-LEAST_OVER_SEA, LARGER, TRIES, VEHICLES = 0.5, 1.6, 2, 6
+LEAST_OVER_SEA, LARGER, TRIES, MOST_VEHICLES = 0.5, 1.6, 2, 6
 """Redrawing of weak effects.
 
 An effect whose remainder after a refit is below LEAST_OVER_SEA is drawn LARGER times larger, up to TRIES times, and
-then for another vehicle, of at most VEHICLES.
+then for another vehicle, of at most MOST_VEHICLES.
 """
 
 LOST = 0.003
+"""Share of the messages that a recording lacks."""
+
 HIGHEST_M, MOST_TILT = 0.3, 0.6
+"""A pilot ends a dive above this depth, or at a larger tilt, rad."""
+
 DIVE_S, CHECK_S = (300.0, 600.0), (200.0, 400.0)
 
 
 @dataclass(frozen=True)
 class FieldCase:
-    """A vehicle with its hidden effect. Argument `which` of its methods: 0 for the dive to diagnose, 1 for the
-    check."""
+    """A vehicle with its hidden effect, and two dives of it: `which` is 0 for the dive to diagnose, 1 for its check."""
 
     seed: int
     number: int
@@ -145,8 +147,8 @@ class FieldCase:
             self._flown[which] = _fly(self, which)
         return self._flown[which]
 
-    def felt(self) -> Felt:
-        return felt(self.flown(0), self.sea.std)
+    def strength(self) -> Strength:
+        return strength_of(self.flown(0), self.sea.std)
 
     def recording(self, which: int) -> bytes:
         """The `.tlog` of a dive."""
@@ -160,16 +162,16 @@ class FieldCase:
 
     def truth(self) -> dict[str, Any]:
         """The hidden effect and the true vehicle, filter and sea, as plain data."""
-        by, vehicle, velocity_filter = self.felt(), self.vehicle, self.filter
+        strength, vehicle, velocity_filter = self.strength(), self.vehicle, self.filter
         parameters = {} if self.planted is None else self.planted.parameters
         return {
             "name": self.name,
             "effect": [self.effect],
             "effect_parameters": {name: _digits(value) for name, value in parameters.items()},
             "drawn_size": _digits(self.size),
-            "size_over_sea": _digits(by.size if self.planted else 0.0),
-            "where": by.where if self.planted else "",
-            "rms_over_thrust": [_digits(value) for value in by.of_thrust] if self.planted else [0.0] * 6,
+            "size_over_sea": _digits(strength.size if self.planted else 0.0),
+            "where": strength.where if self.planted else "",
+            "rms_over_thrust": [_digits(value) for value in strength.of_thrust] if self.planted else [0.0] * 6,
             "total_mass_and_inertia": [_digits(value) for value in vehicle.mass],
             "linear_damping": [_digits(value) for value in vehicle.linear],
             "quadratic_damping": [_digits(value) for value in vehicle.quadratic],
@@ -211,18 +213,18 @@ def draw(
     An effect that is too weak is drawn larger unless `size` is given; a vehicle that would come near the surface or
     capsize is drawn again. seconds: length of both dives, drawn if None.
     """
-    for vehicle in range(VEHICLES):
-        case = _drawn(seed, number, effect, size, seconds, vehicle)
-        shows = effect == NONE or size is not None or case.felt().size >= LEAST_OVER_SEA
+    for attempt in range(MOST_VEHICLES):
+        case = _drawn(seed, number, effect, size, seconds, attempt)
+        shows = effect == NONE or size is not None or case.strength().size >= LEAST_OVER_SEA
         if shows and all(stays_down(case.flown(which)) for which in (0, 1)):
             break
     return case
 
 
 def _drawn(
-    seed: int, number: int, effect: str, size: float | None, seconds: float | None, which: int
+    seed: int, number: int, effect: str, size: float | None, seconds: float | None, attempt: int
 ) -> FieldCase:
-    rng = np.random.default_rng([seed, number, 31, which])
+    rng = np.random.default_rng([seed, number, 31, attempt])
     vehicle = draw_vehicle(rng, f"rov-{number:03d}")
     pilot = draw_pilot(rng, vehicle)
     autopilot = draw_autopilot(rng, vehicle, pilot)
@@ -241,7 +243,7 @@ def _drawn(
         return FieldCase(seed, number, *parts, both_s, None, 0.0)
     case = _planted(seed, number, parts, both_s, effect, drawn if size is None else size)
     for _ in range(TRIES if size is None else 0):
-        if case.felt().size >= LEAST_OVER_SEA:
+        if case.strength().size >= LEAST_OVER_SEA:
             break
         case = _planted(seed, number, parts, both_s, effect, LARGER * case.size)
     return case

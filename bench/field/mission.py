@@ -9,12 +9,14 @@ from numpy.typing import NDArray
 from bench.field.vehicle import FieldVehicle
 from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix
-from identify.challenge.planted_effects import sign
+from identify.challenge.planted_effects import random_sign
 from identify.challenge.scenario import coloured
 
 TICK_S = 0.05
 REST_S = 5.0
 LEVELS = (0.2, 0.4, 0.65, 1.0)
+"""Shares of full stick to which a pilot pushes it."""
+
 MOST = 0.4
 """Largest share of the thrusters' reach that a pilot uses."""
 
@@ -96,32 +98,35 @@ def _rest(rng: np.random.Generator) -> list[Leg]:
 
 
 def _out_and_back(rng: np.random.Generator) -> list[Leg]:
-    way, hold_s = _level(rng) * sign(rng), _hold_s(rng)
+    way, hold_s = _level(rng) * random_sign(rng), _hold_s(rng)
     still = [Leg(rng.uniform(2.0, 6.0))] if rng.random() < 0.5 else []
     return [Leg(hold_s, way), *still, Leg(hold_s * rng.uniform(0.8, 1.2), -way), Leg(rng.uniform(2.0, 5.0))]
 
 
 def _stairs(rng: np.random.Generator) -> list[Leg]:
-    way, steps = sign(rng), rng.choice(LEVELS, 3, replace=False)
+    way, steps = random_sign(rng), rng.choice(LEVELS, 3, replace=False)
     return [*(Leg(rng.uniform(3.0, 6.0), way * float(step)) for step in steps), Leg(4.0)]
 
 
 def _sidle(rng: np.random.Generator) -> list[Leg]:
-    way, hold_s = _level(rng) * sign(rng), _hold_s(rng)
+    way, hold_s = _level(rng) * random_sign(rng), _hold_s(rng)
     return [Leg(hold_s, sway=way), Leg(hold_s * rng.uniform(0.8, 1.2), sway=-way), Leg(rng.uniform(2.0, 5.0))]
 
 
 def _crab(rng: np.random.Generator) -> list[Leg]:
-    ahead, aside, hold_s = _level(rng) * sign(rng), _level(rng) * sign(rng), _hold_s(rng)
+    ahead, aside, hold_s = _level(rng) * random_sign(rng), _level(rng) * random_sign(rng), _hold_s(rng)
     return [Leg(hold_s, ahead, aside), Leg(hold_s, -ahead, -aside), Leg(rng.uniform(1.0, 4.0))]
 
 
 def _turn(rng: np.random.Generator) -> list[Leg]:
-    return [Leg(rng.uniform(1.5, 6.0), turn=sign(rng) * rng.uniform(0.4, 1.0)), Leg(rng.uniform(1.0, 4.0))]
+    return [
+        Leg(rng.uniform(1.5, 6.0), turn=random_sign(rng) * rng.uniform(0.4, 1.0)),
+        Leg(rng.uniform(1.0, 4.0)),
+    ]
 
 
 def _arc(rng: np.random.Generator) -> list[Leg]:
-    ahead, turn, hold_s = _level(rng), sign(rng) * rng.uniform(0.2, 0.7), _hold_s(rng)
+    ahead, turn, hold_s = _level(rng), random_sign(rng) * rng.uniform(0.2, 0.7), _hold_s(rng)
     return [Leg(3.0, ahead), Leg(hold_s, ahead, turn=turn), Leg(hold_s, ahead, turn=-turn), Leg(3.0)]
 
 
@@ -131,7 +136,7 @@ def _spin(rng: np.random.Generator) -> list[Leg]:
 
 
 def _sink(rng: np.random.Generator) -> list[Leg]:
-    sink, hold_s = rng.uniform(0.5, 1.0) * sign(rng), rng.uniform(3.0, 8.0)
+    sink, hold_s = rng.uniform(0.5, 1.0) * random_sign(rng), rng.uniform(3.0, 8.0)
     ahead = _level(rng) if rng.random() < 0.5 else 0.0
     return [Leg(hold_s, ahead, sink=sink), Leg(3.0, ahead), Leg(hold_s, -ahead, sink=-sink), Leg(3.0)]
 
@@ -140,8 +145,12 @@ def _kicks(rng: np.random.Generator) -> list[Leg]:
     """Short pushes, on one or two axes."""
     out: list[Leg] = []
     for _ in range(4):
-        out += [Leg(rng.uniform(0.6, 2.0), _level(rng) * sign(rng), _level(rng) * sign(rng) * rng.integers(2)),
-                Leg(rng.uniform(0.5, 2.0))]  # fmt: skip
+        push = Leg(
+            rng.uniform(0.6, 2.0),
+            _level(rng) * random_sign(rng),
+            _level(rng) * random_sign(rng) * rng.integers(2),
+        )
+        out += [push, Leg(rng.uniform(0.5, 2.0))]
     return out
 
 

@@ -1,8 +1,8 @@
-"""Effects planted in the thrusters and their supply, and all effects that a field dive may hide, by name.
+"""Plants the effects that a field dive may hide: in the water, at the hull, in the thrusters and in their supply.
 
-Each takes a size: 1 for a typical effect, 0 for none. Except for a soft edge, an amplitude that varies by a twentieth
-or a damping that grows a little, the forms are those of the effects' own equations. Parameters are the planted
-values.
+Each function draws one effect of a `size` (1 for a typical one, 0 for none) and returns how to put it into a dive with
+its parameters as planted. The forms are those of the effects' own equations, apart from a soft edge, an amplitude that
+varies by a twentieth or a damping that grows a little with speed.
 """
 
 from collections.abc import Callable
@@ -14,17 +14,19 @@ from bench.field.scenario import FieldScenario, Planted
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.challenge.planted_effects import add_first_moments, sign
+from identify.challenge.planted_effects import add_first_moments, random_sign
 from identify.challenge.scenario import changed
 
 USUAL_M_S = 0.15
+"""Speed of the water past the body at which the drag on it by waves is taken."""
+
 SURGE, SWAY, HEAVE = range(3)
 
 
-def lines(
+def sum_of_sines(
     rng: np.random.Generator, time_s: Array, low_s: float, high_s: float, count: int
 ) -> tuple[Array, Array]:
-    """A sum of `count` sines with drawn periods, of mean square 1 over the times, and its rate; (n,) each."""
+    """A sum of `count` sines with drawn periods, of mean square 1 over the times, and its derivative; (n,) each."""
     value, rate = np.zeros_like(time_s), np.zeros_like(time_s)
     for period_s in rng.uniform(low_s, high_s, count):
         omega, phase = 2 * np.pi / period_s, rng.uniform(0, 2 * np.pi)
@@ -42,7 +44,7 @@ def steady_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: f
     def apply(scenario: FieldScenario, rng: np.random.Generator) -> None:
         water = scenario.water()
         for column, mean in ((0, north), (1, east)):
-            value, rate = lines(rng, scenario.time_s, 200.0, 600.0, 3)
+            value, rate = sum_of_sines(rng, scenario.time_s, 200.0, 600.0, 3)
             water[:, column] += mean + 0.05 * speed * value
             water[:, 3 + column] += 0.05 * speed * rate
 
@@ -56,7 +58,7 @@ def varying_current(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: 
     def apply(scenario: FieldScenario, rng: np.random.Generator) -> None:
         water = scenario.water()
         for column in (0, 1):
-            value, rate = lines(rng, scenario.time_s, 0.97 * period_s, 1.03 * period_s, 3)
+            value, rate = sum_of_sines(rng, scenario.time_s, 0.97 * period_s, 1.03 * period_s, 3)
             water[:, column] += 0.5 * amplitude * value
             water[:, 3 + column] += 0.5 * amplitude * rate
 
@@ -103,7 +105,7 @@ def tether(rng: np.random.Generator, _: FieldVehicle, pilot: Pilot, size: float)
 
 
 def net_buoyancy(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float) -> Planted:
-    force = sign(rng) * 2.0 * vehicle.share * size
+    force = random_sign(rng) * 2.0 * vehicle.share * size
 
     return Planted("net_buoyancy", {"force": force}, changed("hull", buoyancy_n=force))
 
@@ -131,7 +133,7 @@ def drag_asymmetry(_: np.random.Generator, vehicle: FieldVehicle, __: Pilot, siz
 
 def cross_flow_lift(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float) -> Planted:
     lift = 0.8 * float(vehicle.quadratic[1]) * size
-    lever = sign(rng) * rng.uniform(0.03, 0.12) * vehicle.share ** (1 / 3)
+    lever = random_sign(rng) * rng.uniform(0.03, 0.12) * vehicle.share ** (1 / 3)
 
     apply = changed("hull", lift_y=lift, lift_n=lever * lift)
     return Planted("cross_flow_lift", {"Y_uv": lift, "N_uv": float(lever * lift)}, apply)
@@ -139,16 +141,9 @@ def cross_flow_lift(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, s
 
 def coupled_damping(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot, size: float) -> Planted:
     """Damping that grows a little with speed; the parameters are its values in the middle of the dive's speeds."""
-    y_r = sign(rng) * 0.5 * pilot.sway_n / pilot.turn * size * rng.uniform(0.6, 1.4)
-    n_v = (
-        float(np.sign(y_r))
-        * 0.08
-        * pilot.sway_n
-        * vehicle.share ** (1 / 3)
-        / 0.3
-        * size
-        * rng.uniform(0.6, 1.4)
-    )
+    y_r = random_sign(rng) * 0.5 * pilot.sway_n / pilot.turn * size * rng.uniform(0.6, 1.4)
+    same_sign, length = float(np.sign(y_r)), vehicle.share ** (1 / 3)
+    n_v = same_sign * 0.08 * pilot.sway_n * length / 0.3 * size * rng.uniform(0.6, 1.4)
 
     apply = changed("hull", y_r=y_r, n_v=n_v)
     return Planted("coupled_damping", {"Y_r": 1.08 * y_r, "N_v": 1.12 * n_v}, apply)
@@ -157,7 +152,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: FieldVehicle, pilot: Pilo
 def munk_moment(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: float) -> Planted:
     """A Munk moment in yaw as of fins or a frame, in addition to that of the masses."""
     of_masses = float(vehicle.mass[1] - vehicle.mass[0])
-    more = sign(rng) * 6.0 * vehicle.share * size
+    more = random_sign(rng) * 6.0 * vehicle.share * size
 
     apply = changed("hull", munk=1.0, munk_yaw_kg=more)
     return Planted("munk_moment", {"gain": 1.0 + more / of_masses}, apply)
@@ -178,7 +173,7 @@ def cg_offset(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: f
     off = 0.05 * size * mass * vehicle.share ** (1 / 3)
     of_water = rng.random() < 0.5
     angle = 0.0 if of_water else rng.uniform(-0.5, 0.5)
-    x, y = sign(rng) * off * float(np.cos(angle)), off * float(np.sin(angle))
+    x, y = random_sign(rng) * off * float(np.cos(angle)), off * float(np.sin(angle))
 
     def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         add_first_moments(scenario.added if of_water else scenario.rigid, x, y, of_water)
@@ -186,7 +181,7 @@ def cg_offset(rng: np.random.Generator, vehicle: FieldVehicle, _: Pilot, size: f
     return Planted("cg_offset", {"x": x / mass, "y": y / mass}, apply)
 
 
-WATER = (
+WATER_AND_HULL = (
     steady_current, varying_current, waves, tether, net_buoyancy, thrust_bias, drag_asymmetry, cross_flow_lift,
     coupled_damping, munk_moment, fouling, cg_offset,
 )  # fmt: skip
@@ -221,7 +216,7 @@ def weak_thruster(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: fl
 
 def thruster_misalignment(rng: np.random.Generator, _: FieldVehicle, __: Pilot, size: float) -> Planted:
     """A level thruster turned about the vertical."""
-    index, angle = _one_level(rng), sign(rng) * min(0.3 * size, 0.9)
+    index, angle = _one_level(rng), random_sign(rng) * min(0.3 * size, 0.9)
 
     def apply(scenario: FieldScenario, _: np.random.Generator) -> None:
         way = scenario.prop.way.copy()
@@ -320,7 +315,7 @@ def propeller_torque(_: np.random.Generator, vehicle: FieldVehicle, pilot: Pilot
 PLANTS: dict[str, Plant] = {
     plant.__name__: plant
     for plant in (
-        *WATER, weak_thruster, thruster_misalignment, reverse_thrust_loss, dead_zone, saturation,
+        *WATER_AND_HULL, weak_thruster, thruster_misalignment, reverse_thrust_loss, dead_zone, saturation,
         thrust_curve, inflow_loss, hull_interaction, thruster_lag, command_delay, battery_sag, load_sag,
         propeller_torque,
     )

@@ -10,8 +10,8 @@ from bench.field.mission import Pilot
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.challenge.equations_of_motion import Body, body
 from identify.challenge.hull import Hull, Propellers, bare_hull
-from identify.challenge.world import Body, body
 
 FLOOR_M = 60.0
 
@@ -21,7 +21,7 @@ class FieldScenario:
     """A dive's own copy of everything that can hide an effect; a plant changes it in place.
 
     time_s (n,): of the steps and one more; push (n, 6): wrench that depends on time alone; moved (n, 12): motion of
-    the water as `world.rates` takes it, None if the water is still; grown: share by which all drag grows per second;
+    the water as `state_derivative` takes it, None for still water; grown: share by which all drag grows per second;
     felt_ohm, felt_fall: as in `dive.Supply`. rigid, added, linear (6, 6).
     """
 

@@ -10,8 +10,8 @@ from bench.field.mission import Pilot, Sticks
 from bench.field.scenario import FieldScenario
 from bench.field.vehicle import LAG_S, FieldVehicle
 from bridge.arrays import Array
+from identify.challenge.equations_of_motion import STATES
 from identify.challenge.scenario import coloured
-from identify.challenge.world import STATES
 
 STICK_US = 200
 """A full stick, as ArduSub has it at its default gain of a half."""

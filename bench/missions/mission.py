@@ -132,22 +132,23 @@ def _dive(
 
 
 def _disturbance(vehicle: DrawnVehicle, steps: int, rng: np.random.Generator) -> tuple[Array, Array, Array]:
-    """Coefficients of the disturbance over a step.
+    """What takes a first-order Gauss-Markov force (6,) from the start of a step to its end, and to its mean over it.
 
-    Returns the factors on a Gauss-Markov force for its value at the end of a step and for its mean, (6,) each, and
-    the noise added to both, (n, 2, 6). End and mean of a step are jointly normal given its start (Gillespie 1996,
-    Phys. Rev. E 54, 2084).
+    Returns two factors on the value at the start, `keep` for the end and `share` for the mean, (6,) each, and the noise
+    `kicks` to be added to both, (steps + 1, 2, 6). Given the start, end and mean are jointly normal (Gillespie 1996,
+    Phys. Rev. E 54, 2084), so the noise of the mean is drawn given that of the end.
     """
     step = STEP_S / vehicle.disturbance_time_s
     keep = np.exp(-step)
     share = (1 - keep) / step
-    of_end = 1 - keep**2
-    of_both = (1 - keep) ** 2 / step
-    of_mean = (2 * step - 3 + 4 * keep - keep**2) / step**2
+    end_variance = 1 - keep**2
+    covariance = (1 - keep) ** 2 / step
+    mean_variance = (2 * step - 3 + 4 * keep - keep**2) / step**2
     draw = rng.standard_normal((steps + 1, 2, 6))
     kicks = np.empty_like(draw)
-    kicks[:, 0] = np.sqrt(of_end) * draw[:, 0]
-    kicks[:, 1] = of_both / np.sqrt(of_end) * draw[:, 0] + np.sqrt(of_mean - of_both**2 / of_end) * draw[:, 1]
+    left_variance = mean_variance - covariance**2 / end_variance
+    kicks[:, 0] = np.sqrt(end_variance) * draw[:, 0]
+    kicks[:, 1] = covariance / np.sqrt(end_variance) * draw[:, 0] + np.sqrt(left_variance) * draw[:, 1]
     kicks[0, 0] = draw[0, 0]
     return keep, share, vehicle.disturbance_std * kicks
 

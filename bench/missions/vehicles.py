@@ -32,7 +32,7 @@ STEADY_SPEED_M_S = 0.6
 """Up to at least this speed the righting moment outweighs the Munk moment."""
 
 SHORTEST_COAST_S = 0.3
-"""Least mass over damping: the time in which an unpushed vehicle loses most of its speed."""
+"""Least mass over damping, s: in this time a vehicle without thrust loses 63 % of its speed."""
 
 LEAST_REACH = 0.1
 """An axis is driven if the thrusters reach it without the others, with this share of the thrust of surge."""
@@ -40,10 +40,11 @@ LEAST_REACH = 0.1
 
 @dataclass(frozen=True)
 class DrawnVehicle:
-    """The vehicle file, and the truth in SI units, (6,) each: total mass and inertia, linear damping, trim force.
+    """The vehicle file, and the truth, SI units, (6,) each.
 
-    `disturbance_std` and `disturbance_time_s` describe a first-order Gauss-Markov force on every axis. `reach` is the
-    largest wrench; `driven` names the degrees of freedom that the thrusters reach independently.
+    name: of the file's configuration. mass: total mass and inertia. damping: linear. trim: constant force.
+    disturbance_std, disturbance_time_s: of a first-order Gauss-Markov force on every axis. reach: the largest wrench.
+    driven: the degrees of freedom that the thrusters reach independently.
     """
 
     file: VehicleFile

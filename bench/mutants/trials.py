@@ -14,7 +14,7 @@ from functools import partial
 from pathlib import Path
 
 from bench.mutants.changes import Mutant
-from bench.mutants.nearest import nearest_tests, reaching
+from bench.mutants.nearest_tests import import_steps, nearest_tests
 from bench.remembered import ONE_THREAD, Data, Remembered
 from bench.stamp import PACKAGES, stamp
 
@@ -98,7 +98,7 @@ class Checkout:
         source, stat = file.read_bytes(), file.stat()
         shutil.rmtree(self._mutated, ignore_errors=True)
         shutil.copytree(self._kernels, self._mutated, copy_function=os.link)
-        stale = {(Path(path).parent.name, Path(path).stem) for path in reaching(self._root, mutant.file)}
+        stale = {(Path(path).parent.name, Path(path).stem) for path in import_steps(self._root, mutant.file)}
         for kernel in self._mutated.rglob("*.nb?"):
             if (kernel.parent.name.rpartition("_")[0], kernel.name.partition(".")[0]) in stale:
                 kernel.unlink()

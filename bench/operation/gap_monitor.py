@@ -129,7 +129,7 @@ def page(cache: Path, calm: int, onsets: int) -> str:
         for name in ONSETS
         for n in range(onsets)
     }
-    return _words(kept.fill(jobs, "gap monitor"))
+    return words(kept.fill(jobs, "gap monitor"))
 
 
 def calm_dive(configuration: str, seed: int) -> Data:
@@ -207,7 +207,7 @@ def readings(run: TruthRun, veh_cfg: int, rng: np.random.Generator) -> list[Read
     return out
 
 
-def _words(results: dict[str, Data]) -> str:
+def words(results: dict[str, Data]) -> str:
     calm = [data for key, data in results.items() if key.startswith("calm ")]
     hours = sum(data["hours"] for data in calm)
     false = sum(len(data["alarms"]) for data in calm)

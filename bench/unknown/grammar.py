@@ -94,7 +94,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class Sentence:
-    """One drawn force.
+    """One force of the grammar: what is drawn of it before it is fitted into a dive.
 
     dofs: one or two degrees of freedom; gains: relative size in each; remembered: s, or half-width of hysteresis;
     begin, end: shares of the dive between which the force acts; period_s: 0 for no rhythm; seed: of its bursts and
@@ -132,7 +132,7 @@ class Sentence:
         return "a period" if self.period_s > 0 else "none"
 
 
-def drawn(rng: np.random.Generator, thrusters: int) -> Sentence:
+def draw_sentence(rng: np.random.Generator, thrusters: int) -> Sentence:
     """Draw a force for a vehicle with `thrusters` thrusters."""
     count = 2 if rng.random() < TWO_SHARE else 1
     dofs = tuple(sorted(int(dof) for dof in rng.choice(6, count, replace=False, p=DOF_SHARES)))
@@ -174,13 +174,13 @@ def force_of(sentence: Sentence, time_s: Array, middle: Array, scale: Array) -> 
         about[i], typical[i] = middle[i], scale[i]
     code = {"none": INSTANT, "lag": LAG, "delay": DELAY, "leaky integral": LEAK, "hysteresis": PLAY}
     return DrawnForce(
-        size, signal, about, typical, power, even, when(sentence, time_s), code[sentence.memory],
+        size, signal, about, typical, power, even, envelope(sentence, time_s), code[sentence.memory],
         sentence.remembered, sentence.remembered,
     )  # fmt: skip
 
 
-def when(sentence: Sentence, time_s: Array) -> Array:
-    """Envelope (n,) of a force over time, including its rhythm."""
+def envelope(sentence: Sentence, time_s: Array) -> Array:
+    """Factor (n,) on a force at the times (n,) of a dive, s: when it acts, and its rhythm."""
     rng = np.random.default_rng(sentence.seed)
     duration_s = float(time_s[-1] - time_s[0])
     since_s = time_s - time_s[0]

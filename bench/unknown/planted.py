@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from bench.diagnosis.trials import recorded_dive
-from bench.unknown.grammar import Sentence, drawn, force_of
+from bench.unknown.grammar import Sentence, draw_sentence, force_of
 from bridge.arrays import Array
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.case import Case, draw_case
@@ -80,7 +80,7 @@ def unknown_of(seed: int) -> Unknown:
     redrawn = 0
     while True:
         rng = np.random.default_rng([seed, 40, redrawn])
-        sentence = drawn(rng, thrusters)
+        sentence = draw_sentence(rng, thrusters)
         sized = _sized(still, sentence, float(rng.uniform(*MULTIPLES)))
         if sized is not None:
             case, multiple = sized

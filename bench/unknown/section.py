@@ -70,20 +70,22 @@ def _introduction(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
 
 
 LEAST_CALLED, MOST_MISTAKEN = 0.85, 0.02
+"""Goals: least share of drawn forces called unknown, largest share of known effects called unknown."""
+
 DRIFTS = (1.5, 2.5, 4.0, 6.6)
 """Ends of the ranges of drift, in floors; a force is scaled to within a tenth of its drawn drift."""
 
 
 def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
     """Table of the goals, and of the other outcomes."""
-    called, wrong = _rate(drawn, _called), _rate(known, lambda dive: dive.verdict == "unknown")
+    called, wrong = _rate(drawn, _called_unknown), _rate(known, lambda dive: dive.verdict == "unknown")
     by_name = [dive for dive in drawn if dive.verdict == "unknown"]
     judged_by = (
         ("unknown called so: 85 %", called, called.share >= LEAST_CALLED),
         ("known called unknown: 2 %", wrong, wrong.share <= MOST_MISTAKEN),
     )
     others = {
-        "unknown told by a known cause alone": _rate(drawn, _by_cause),
+        "unknown told by a known cause alone": _rate(drawn, _called_by_a_cause),
         "unknown called no gap": _rate(drawn, lambda dive: dive.verdict == "no_gap"),
         "unknown refused": _rate(drawn, lambda dive: dive.verdict == "refused"),
         "unknown with a likely cause, in any verdict": _rate(drawn, lambda dive: bool(dive.told)),
@@ -121,7 +123,7 @@ def by_part(drawn: Sequence[Judged]) -> str:
 
 def misnamed(drawn: Sequence[Judged]) -> str:
     """The causes that were said to explain a drawn force."""
-    said = _counted(name for dive in drawn if _by_cause(dive) for name in dive.told)
+    said = _counted(name for dive in drawn if _called_by_a_cause(dive) for name in dive.told)
     return paragraph(f"Known causes told instead of an unknown one: {said}.")
 
 
@@ -138,15 +140,15 @@ def _counted(names: Iterable[str]) -> str:
 
 def _row(part: str, word: str, dives: Sequence[Judged]) -> tuple[object, ...]:
     no_gap = sum(dive.verdict == "no_gap" for dive in dives)
-    called, by_cause = (_rate(dives, counts) for counts in (_called, _by_cause))
+    called, by_cause = (_rate(dives, counts) for counts in (_called_unknown, _called_by_a_cause))
     return part, word, len(dives), f"{100 * called.share:.0f} %", by_cause.hits, no_gap
 
 
-def _called(dive: Judged) -> bool:
+def _called_unknown(dive: Judged) -> bool:
     return dive.called
 
 
-def _by_cause(dive: Judged) -> bool:
+def _called_by_a_cause(dive: Judged) -> bool:
     return not dive.called and dive.verdict in ("explained", "ambiguous", "partly")
 
 

@@ -1,4 +1,4 @@
-"""The diagnosis of drawn forces, and of as many dives with one effect of its library."""
+"""Runs the diagnosis on dives with a drawn force, and on dives with one effect of its library, and judges it."""
 
 from dataclasses import dataclass
 from typing import Any

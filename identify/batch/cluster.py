@@ -18,16 +18,16 @@ import dask
 from distributed import Client, Future, KilledWorker
 
 from bridge.errors import LinkLost, LinkTimeout
+from identify.batch.code_version import our_version
 from identify.batch.jobs import (
     Job,
     Result,
     definitions,
-    one_thread,
-    our_version,
     own_columns,
     run_job,
     thrust_table,
 )
+from identify.batch.threads import one_thread
 
 FAST = 1
 """Compression level of zlib: a recording shrinks by a third in a quarter of a second."""

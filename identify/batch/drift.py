@@ -1,5 +1,7 @@
-"""Interprets the trends of a configuration in words with figures: of the hull by a story from a closed list, and of the
-sizes of effects.
+"""How a vehicle changes from dive to dive, in words with figures: its hull, and the sizes of effects.
+
+What the trends of mass and damping mean together is one of a few stories, from fouling to a heavier payload. In other
+folders a drift is something else: how far a simulation runs off a dive within 5 s.
 """
 
 from collections.abc import Mapping, Sequence
@@ -10,7 +12,7 @@ from typing import Literal
 import numpy as np
 
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.batch.causes import Causes, Size
+from identify.batch.dive_causes import DiveCauses, Size
 from identify.batch.rows import NAMES, Row, is_about, names_in
 from identify.batch.trend import LEVEL, ONE_MOMENT_S, Series, Trend, common_series, fit_trend, holm, ratio
 from identify.doubt import Culprit, Outcome
@@ -30,7 +32,7 @@ VOLTAGE_STD_V = 0.05
 
 
 class Story(Enum):
-    """Cause of the change over the dives. The value is the sentence that the user reads, before its figures."""
+    """What the trends mean. The value is the sentence that the user reads, before its figures."""
 
     TOO_FEW = (
         "No trend can be told: it takes masses, or dampings, of three dated dives, not all of one moment"
@@ -64,7 +66,7 @@ class Story(Enum):
 
 @dataclass(frozen=True)
 class Drift:
-    """The story of a configuration. `trends` holds the trend of each coefficient with enough values.
+    """How a configuration changes: its story, with the trend of each coefficient that has enough values.
 
     `real` names the coefficients whose trend is significant after correction for their number (Holm). `mass`,
     `damping` and `damping_over_mass` are trends of logarithms, `voltage` that of the pack voltage in V.
@@ -318,7 +320,7 @@ def chance_words(chance: float) -> str:
     return "under 0.1 %" if chance < 0.001 else f"{significant(100 * chance, 2)} %"
 
 
-def effect_drifts(dives: Sequence[Causes]) -> tuple[EffectDrift, ...]:
+def effect_drifts(dives: Sequence[DiveCauses]) -> tuple[EffectDrift, ...]:
     """The trend of each parameter of each effect that a dated dive names as a cause, surest first.
 
     `dives`: of one configuration. A dive counts with the size that it found, named or not; a dive that shows no size

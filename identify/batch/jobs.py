@@ -1,16 +1,12 @@
-"""Jobs (a function's name, a recording, a vehicle) and their results, both sent to other processes, and the version of
-seatrial that made them.
+"""A job of a batch: what is to be done with which recording, its key in the cache, and its result.
 
-Each process has one thread: with as many processes as cores, a second would have no core.
+Jobs and results are sent to other processes, and to other computers.
 """
 
 import hashlib
 import json
-import os
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,79 +15,15 @@ from bridge.clock import date_in_name
 from bridge.errors import ConfigError, FitError, SeatrialError
 from bridge.files import check_small
 from bridge.vehicle.config import VehicleFile
-from bridge.version import installed
+from identify.batch.code_version import our_version
 from identify.ingest.ros.bags import ending_of
 from identify.ingest.ros.definitions import files_beside
 
 if TYPE_CHECKING:
     from identify.run.diagnose import Before
 
-_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-
-
-def one_thread() -> None:
-    """Limit numpy, numba and torch to one thread each in this process, whether they are imported yet or not."""
-    for name in _COUNTS:
-        os.environ.setdefault(name, "1")
-    if (torch := sys.modules.get("torch")) is not None:
-        torch.set_num_threads(1)
-    if (numba := sys.modules.get("numba")) is None:
-        os.environ.setdefault("NUMBA_NUM_THREADS", "1")
-    else:
-        # A loaded numba reads the variable again when it compiles, and refuses a count other than its first.
-        numba.set_num_threads(1)
-
-
-PLACE = Path(__file__).resolve().parents[2]
-"""Folder that holds the packages, in a checkout or installed."""
-
-ANSWERING = (
-    "bench/reproduce/paper.py",
-    "bridge/*.py",
-    "bridge/firmware/*.py",
-    "bridge/vehicle/*.py",
-    "bridge/wire/*.py",
-    "configs/columns/*.yaml",
-    "configs/thrusters/*.csv",
-    "identify/*.py",
-    "identify/batch/causes.py",
-    "identify/batch/jobs.py",
-    "identify/batch/work.py",
-    "identify/checks/**/*.py",
-    "identify/diagnose/**/*.py",
-    "identify/effects/*.py",
-    "identify/estimators/**/*.py",
-    "identify/ingest/**/*.py",
-    "identify/run/__init__.py",
-    "identify/run/diagnose.py",
-    "identify/run/identify.py",
-    "identify/thrust/*.py",
-)
-"""Files that an identification or a diagnosis runs through: if their code changes, the answer may change."""
-
-
-def our_version() -> str:
-    """Text such as `0.1.0, code 3f09c1d2aa`."""
-    return f"{installed()}, code {code_stamp(PLACE)}"
-
-
-def answering(place: Path) -> list[Path]:
-    """Files below `place` that match ANSWERING, sorted."""
-    return sorted({file for pattern in ANSWERING for file in place.glob(pattern)})
-
-
-@cache
-def code_stamp(place: Path) -> str:
-    """Ten hexadecimal digits: a hash of the names and text of these files, computed once per process."""
-    digest = hashlib.sha256()
-    for file in answering(place):
-        text = file.read_text(encoding="utf-8")
-        digest.update(f"{file.relative_to(place).as_posix()}\0{text}\0".encode())
-    return digest.hexdigest()[:10]
-
-
-IDENTIFY, DIAGNOSE = "identify.batch.work:identify", "identify.batch.work:diagnose"
-"""The kinds of job. A new kind needs another function, `Job -> plain data for JSON`, named the same way."""
+IDENTIFY, DIAGNOSE = "identify.batch.dive_jobs:identify", "identify.batch.dive_jobs:diagnose"
+"""The functions that jobs name: each takes a Job and returns plain data for JSON, so that no job holds code."""
 
 DEFECTS = (
     ArithmeticError,
@@ -104,7 +36,7 @@ DEFECTS = (
     TypeError,
     ValueError,
 )
-"""Exceptions that a damaged recording may raise in code that did not expect it. They cost that dive, not the batch."""
+"""Exceptions that a damaged recording may raise in code that did not expect it: the dive fails, the batch goes on."""
 
 
 @dataclass(frozen=True)
@@ -145,8 +77,11 @@ class Result:
 
 @dataclass(frozen=True)
 class Against:
-    """The basis of a diagnosis: by configuration the accepted model, None for none; effects that the dive's own
-    conditions rule out."""
+    """What a diagnosis starts from.
+
+    accepted: the accepted model of each configuration, None if nothing was accepted. without: effects that the dive's
+    own conditions rule out.
+    """
 
     accepted: Mapping[str, "Before"] | None = None
     without: tuple[str, ...] = ()
@@ -154,10 +89,10 @@ class Against:
 
 @dataclass(frozen=True)
 class Job:
-    """A task for a recording. `vehicle` is as it was in that dive, with `carried_kg` on top of its file's mass;
-    `columns` is the file of a table's column map.
+    """What `function` is to do with a recording, by `method`.
 
-    `key` is a hash of everything that the answer depends on: see `job_for`.
+    vehicle: as it was in that dive, with `carried_kg` on top of its file's mass. columns: the file of the column map
+    of a table. key: a hash of everything that the answer depends on, from `job_for`.
     """
 
     function: str
@@ -187,12 +122,11 @@ def job_for(
     against: Against = Against(),
     carried_kg: float = 0.0,
 ) -> Job:
-    """Make a job. Its key hashes recording, date in its name, vehicle, configuration, tables, function, method,
-    version, code, and the basis of a diagnosis.
+    """Make a job, with a key that is another one if anything changes on which its answer depends.
 
     Raises OSError if a table can't be read.
     """
-    on = {
+    depends_on = {
         "recording": recording.sha256,
         # It dates a dive whose recording has no date.
         "date in its name": date_in_name(recording.name),
@@ -207,7 +141,7 @@ def job_for(
         "method": method,
         "version": our_version(),
     }
-    key = hashlib.sha256(json.dumps(on, sort_keys=True).encode()).hexdigest()
+    key = hashlib.sha256(json.dumps(depends_on, sort_keys=True).encode()).hexdigest()
     return Job(function, recording, vehicle, method, columns, key, against, carried_kg)
 
 
@@ -231,7 +165,7 @@ def definitions(recording: Recording) -> tuple[Path, ...]:
 
 
 def run_job(job: Job) -> Result:
-    """Run a job in this process. An error becomes its result."""
+    """Run a job in this process. An error becomes a result that says so."""
     module, _, name = job.function.partition(":")
     try:
         answer = getattr(import_module(module), name)(job)

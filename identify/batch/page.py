@@ -10,7 +10,7 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import BY_NAME, Kind
-from identify.batch.causes import EffectSize
+from identify.batch.dive_causes import EffectSize
 from identify.batch.drift import Drift, EffectDrift, Story, chance_words
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend

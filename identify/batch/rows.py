@@ -12,7 +12,7 @@ from typing import Any
 
 from bridge.clock import date_in_name, utc_text
 from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, MASSES
-from identify.batch.causes import Causes
+from identify.batch.dive_causes import DiveCauses
 from identify.batch.jobs import Result
 from identify.doubt import Culprit, Doubt, Outcome
 from identify.run.recordings import TOTAL_MASSES
@@ -91,7 +91,7 @@ class Row:
     correlation: Mapping[frozenset[str], float] = field(default_factory=dict)
     error: str = ""
     doubts: tuple[Doubt, ...] = ()
-    causes: Causes | None = None
+    causes: DiveCauses | None = None
 
     @property
     def doubted(self) -> dict[str, str]:
@@ -107,7 +107,9 @@ class Row:
 def rows_of(results: Sequence[Result], diagnoses: Sequence[Result] = ()) -> list[Row]:
     """Rows sorted by date; dives without a date come last, by name. `diagnoses`: of the same recordings."""
     causes = {
-        each.sha256: Causes(error=each.error) if each.answer is None else Causes.from_json(each.answer)
+        each.sha256: DiveCauses(error=each.error)
+        if each.answer is None
+        else DiveCauses.from_json(each.answer)
         for each in diagnoses
     }
     rows = [_dated(replace(_row(result), causes=causes.get(result.sha256))) for result in results]

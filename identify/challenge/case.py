@@ -11,13 +11,14 @@ from bridge.errors import LogError
 from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.indistinguishable import alike
-from identify.challenge.mission import DEPTH, LONGEST_S, SHORTEST_S, draw_mission, sampled
+from identify.challenge.mission import DEPTH, LONGEST_S, SHORTEST_S, draw_mission, reference_at
 from identify.challenge.nearest_parameters import nearest, sizes
 from identify.challenge.novel_effects import NOVEL
 from identify.challenge.planted_effects import ABSORBED, BY_NAME_ALONE, PLANTS
 from identify.challenge.scenario import Planted, Scenario, scenario_of
+from identify.challenge.sensors import STEP_S, draw_noise, draw_periods
 from identify.challenge.simulate import Setup, Simulated, draw_control, simulate
-from identify.challenge.vehicles import STEP_S, DrawnVehicle, draw_clock, draw_noise, draw_vehicle
+from identify.challenge.vehicles import DrawnVehicle, draw_vehicle
 from identify.dive import Dive
 
 Kind = Literal["none", "one", "two", "novel"]
@@ -160,13 +161,13 @@ def draw_case(
     vehicle = draw_vehicle(rng, name)
     drawn_kind = str(rng.choice(list(SHARES), p=list(SHARES.values())))
     chosen = _names(rng, kind or drawn_kind, without)
-    setup = Setup(draw_clock(rng), draw_noise(rng), draw_control(rng, vehicle), bool(rng.random() < 0.5))
+    setup = Setup(draw_periods(rng), draw_noise(rng), draw_control(rng, vehicle), bool(rng.random() < 0.5))
     long_s = rng.uniform(SHORTEST_S, LONGEST_S), rng.uniform(SHORTEST_S, SHORTEST_S + 60.0)
     drawn = rng.uniform(0.0, 1.0, 4)
     if names is not None:
         chosen = tuple(names)
     if rpm is not None:
-        setup = Setup(setup.clock, setup.noise, setup.control, rpm)
+        setup = Setup(setup.periods, setup.noise, setup.control, rpm)
     known: dict[str, Any] = {**PLANTS, **NOVEL}
     planted = tuple(
         known[which](np.random.default_rng([seed, 21, i]), vehicle, float(drawn[i] if size is None else size))
@@ -201,16 +202,16 @@ def _kind(planted: Sequence[Planted]) -> Kind:
 
 def _simulated(case: Case, which: int) -> tuple[Scenario, Simulated]:
     rng = np.random.default_rng([case.seed, 22, which])
-    tick_s = STEP_S * case.setup.clock.tick
+    tick_s = STEP_S * case.setup.periods.tick
     time_s = tick_s * np.arange(int(case.seconds[which] / tick_s), dtype=np.float64)
     needs = {planted.needs for planted in case.planted}
     shallow, low = rng.random() < 0.2 or "shallow" in needs, rng.random() < 0.2 or "low" in needs
     depth_m = rng.uniform(0.4, 0.8) if shallow else rng.uniform(2.5, 5.0)
     legs = draw_mission(rng, case.vehicle, case.seconds[which])
-    reference = sampled(legs, time_s, depth_m, rng.uniform(-np.pi, np.pi))
+    reference = reference_at(legs, time_s, depth_m, rng.uniform(-np.pi, np.pi))
     deepest = float(reference[:, DEPTH].max())
     floor_m = deepest + (rng.uniform(0.15, 0.4) if low else rng.uniform(2.0, 6.0))
-    scenario = scenario_of(case.vehicle, len(time_s), case.setup.clock.tick, depth_m, floor_m)
+    scenario = scenario_of(case.vehicle, len(time_s), case.setup.periods.tick, depth_m, floor_m)
     scenario.sag, scenario.ripple = rng.uniform(0.005, 0.1), rng.uniform(0.0, 0.2)
     for planted in case.planted:
         planted.apply(scenario, rng)

@@ -9,10 +9,10 @@ import numpy as np
 from numba import njit
 
 from bridge.arrays import Array
+from identify.challenge.equations_of_motion import STATES, WORK, Body, assign, state_derivative
 from identify.challenge.hull import Hull, Propellers, add_wrench, shafts_want, turn
 from identify.challenge.scenario import DrawnForce, remembered, shape_of
-from identify.challenge.vehicles import STEP_S, Clock, Faults, Readings
-from identify.challenge.world import STATES, WORK, Body, assign, rates
+from identify.challenge.sensors import STEP_S, Faults, Periods, Readings
 
 
 class Control(NamedTuple):
@@ -107,9 +107,9 @@ class Scene(NamedTuple):
     """Inputs of a dive in addition to its reference.
 
     push (steps + 1, 6): wrench of the disturbance and of planted forces that depend on time alone. water (steps + 1,
-    12) or (1, 12): see `rates`. fouled: share by which damping has grown at the end of `fouled_s`. thrust_at (801,):
-    N at each microsecond. matrix (6, k), inverse (k, 6): the crew's allocation. lag_s: lag in the vehicle file.
-    crew_arm (3,): DVL position assumed by the crew.
+    12) or (1, 12): see `state_derivative`. fouled: share by which damping has grown at the end of `fouled_s`.
+    thrust_at (801,): N at each microsecond. matrix (6, k), inverse (k, 6): the crew's allocation. lag_s: that of the
+    vehicle file. crew_arm (3,): DVL position assumed by the crew.
     """
 
     push: Array
@@ -125,15 +125,15 @@ class Scene(NamedTuple):
 
 @njit(cache=True, error_model="numpy", nogil=True)
 def dive(
-    body: Body, hull: Hull, prop: Propellers, control: Control, clock: Clock, faults: Faults, scene: Scene,
+    body: Body, hull: Hull, prop: Propellers, control: Control, periods: Periods, faults: Faults, scene: Scene,
     reference: Array, start: Array, readings: Readings, ticks: Ticks, drawn: DrawnForce, past: Array,
 ) -> None:  # fmt: skip
-    """Follow a reference (n, 14) and fill `readings` and `ticks`: `world.rates` by fourth-order Runge-Kutta at STEP_S.
+    """Follow a reference (n, 14) and fill `readings` and `ticks`: fourth-order Runge-Kutta at STEP_S.
 
     drawn: a force that depends on the vehicle's motion, held constant over each step; past: the memory of that force.
     """
     h = STEP_S
-    count, k = len(reference) * clock.tick, scene.matrix.shape[1]
+    count, k = len(reference) * periods.tick, scene.matrix.shape[1]
     state, trial = start.copy(), np.empty(STATES)
     k1, k2, k3, k4 = np.zeros(STATES), np.empty(STATES), np.empty(STATES), np.empty(STATES)
     work, tau = np.empty(WORK), np.zeros(6)
@@ -146,62 +146,64 @@ def dive(
     keep = np.exp(-0.5 * h / prop.lag_s) if prop.lag_s > 0 else 0.0
     keep_second = np.exp(-0.5 * h / prop.second_s) if prop.second_s > 0 else 0.0
     keep_plain = np.exp(-h / scene.lag_s) if scene.lag_s > 0 else 0.0
-    gain = 1.0 - np.exp(-clock.tick * h / control.memory_s) if control.memory_s > 0 else 1.0
+    gain = 1.0 - np.exp(-periods.tick * h / control.memory_s) if control.memory_s > 0 else 1.0
     full = False
     strange, thrown, pushes = np.zeros(6), np.zeros(6), bool(np.any(drawn.size))
     tick, given = 0, -1
     for step in range(count):
         time_s = step * h
-        breath = 1.0 + faults.wander * np.sin(0.011 * time_s)
+        breath = 1.0 + faults.bias_wander * np.sin(0.011 * time_s)
         assign(seen_nu[step], state[7:13])
-        if step % clock.dvl == 0:
-            row, was = readings.dvl[step // clock.dvl], seen_nu[max(step - faults.late, 0)]
-            x = was[0] + was[4] * faults.arm[2] - was[5] * faults.arm[1]
-            y = was[1] + was[5] * faults.arm[0] - was[3] * faults.arm[2]
-            z = was[2] + was[3] * faults.arm[1] - was[4] * faults.arm[0]
+        if step % periods.dvl == 0:
+            row, was = readings.dvl[step // periods.dvl], seen_nu[max(step - faults.dvl_late_steps, 0)]
+            x = was[0] + was[4] * faults.dvl_arm[2] - was[5] * faults.dvl_arm[1]
+            y = was[1] + was[5] * faults.dvl_arm[0] - was[3] * faults.dvl_arm[2]
+            z = was[2] + was[3] * faults.dvl_arm[1] - was[4] * faults.dvl_arm[0]
             for i in range(3):
-                row[i] += faults.seen[i, 0] * x + faults.seen[i, 1] * y + faults.seen[i, 2] * z
-                row[i] += breath * faults.bias[i]
-        if step % clock.imu == 0:
-            row = readings.gyro[step // clock.imu]
+                row[i] += (
+                    faults.dvl_matrix[i, 0] * x + faults.dvl_matrix[i, 1] * y + faults.dvl_matrix[i, 2] * z
+                )
+                row[i] += breath * faults.dvl_bias[i]
+        if step % periods.imu == 0:
+            row = readings.gyro[step // periods.imu]
             for i in range(3):
                 row[i] += state[10 + i]
                 if i == 2:
-                    row[i] += breath * faults.gyro
-                if i < 2 or clock.fog == 0:
+                    row[i] += breath * faults.gyro_bias
+                if i < 2 or periods.fog == 0:
                     rate[i] = row[i]
-        if clock.fog > 0 and step % clock.fog == 0:
-            row = readings.fog[step // clock.fog]
+        if periods.fog > 0 and step % periods.fog == 0:
+            row = readings.fog[step // periods.fog]
             if step > 0:
-                row[0] += (state[13] - turned) / (clock.fog * h) + breath * faults.gyro
+                row[0] += (state[13] - turned) / (periods.fog * h) + breath * faults.gyro_bias
             turned = state[13]
             rate[2] = row[0]
-        if step % clock.attitude == 0:
-            row = readings.attitude[step // clock.attitude]
+        if step % periods.attitude == 0:
+            row = readings.attitude[step // periods.attitude]
             qw, qx, qy, qz = state[3], state[4], state[5], state[6]
             row[0] += np.arctan2(2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy))
             row[1] += np.arcsin(2 * (qw * qy - qx * qz))
             row[2] += np.arctan2(2 * (qx * qy + qw * qz), 1 - 2 * (qy * qy + qz * qz))
             heading = row[2]
-        if step % clock.depth == 0:
-            row = readings.depth[step // clock.depth]
-            row[0] += faults.deep * state[2]
+        if step % periods.depth == 0:
+            row = readings.depth[step // periods.depth]
+            row[0] += faults.depth_gain * state[2]
             depth = row[0]
-        if step % clock.dvl == 0 and not np.isnan(readings.dvl[step // clock.dvl, 0]):
-            row = readings.dvl[step // clock.dvl]
+        if step % periods.dvl == 0 and not np.isnan(readings.dvl[step // periods.dvl, 0]):
+            row = readings.dvl[step // periods.dvl]
             velocity[0] = row[0] - rate[1] * scene.crew_arm[2] + rate[2] * scene.crew_arm[1]
             velocity[1] = row[1] - rate[2] * scene.crew_arm[0] + rate[0] * scene.crew_arm[2]
             velocity[2] = row[2] - rate[0] * scene.crew_arm[1] + rate[1] * scene.crew_arm[0]
-        if step % clock.tick == 0:
+        if step % periods.tick == 0:
             for i in range(6):
                 measured = velocity[i] if i < 3 else rate[i - 3]
                 ticks.nu_fb[tick, i] = measured
-                if faults.unseen == 1:
+                if faults.feedback_unlogged == 1:
                     measured = state[7 + i]
                 fed[i] += gain * (measured - fed[i])
-                if faults.unseen == 0:
+                if faults.feedback_unlogged == 0:
                     ticks.nu_fb[tick, i] = fed[i]
-            wrench(reference[tick], fed, heading, depth, full, clock.tick * h, integral, control,
+            wrench(reference[tick], fed, heading, depth, full, periods.tick * h, integral, control,
                    ticks.tau_pid[tick], ticks.tau_ff[tick])  # fmt: skip
             thrust = scene.inverse @ (ticks.tau_pid[tick] + control.ahead * ticks.tau_ff[tick])
             worst = max(1.0, thrust.max() / control.high_n, thrust.min() / control.low_n)
@@ -213,7 +215,7 @@ def dive(
                 ticks.pwm[tick, i] = LOWEST_US + place
                 asked[tick, i] = scene.thrust_at[place]
             tick += 1
-        while given + 1 < tick and (given + 1) * clock.tick * h + prop.delay[given + 1] <= time_s + 1e-9:
+        while given + 1 < tick and (given + 1) * periods.tick * h + prop.delay[given + 1] <= time_s + 1e-9:
             given += 1
         stuck = prop.stuck >= 0 and prop.stuck_when[min(step, len(prop.stuck_when) - 1)] > 0
         now = asked[given] if given >= 0 else nothing
@@ -234,22 +236,22 @@ def dive(
         for i in range(6):
             tau[i] = scene.push[step, i] + strange[i]
         add_wrench(second, state[7:13], prop, tau)
-        rates(state, tau, water, grown, body, hull, phase, wake, k1, work)
-        if step % clock.tick == 0:
+        state_derivative(state, tau, water, grown, body, hull, phase, wake, k1, work)
+        if step % periods.tick == 0:
             assign(ticks.state[tick - 1], state)
             assign(ticks.nu_dot[tick - 1], k1[7:13])
             assign(ticks.push[tick - 1], scene.push[step])
             assign(ticks.nominal[tick - 1], plain)
             assign(ticks.shaft[tick - 1], second)
             ticks.load[tick - 1, 0] = loaded
-        if step % clock.imu == 0:
-            row, nu = readings.force[step // clock.imu], state[7:13]
+        if step % periods.imu == 0:
+            row, nu, tilt = readings.force[step // periods.imu], state[7:13], faults.accelerometer_tilt
             qw, qx, qy, qz = state[3], state[4], state[5], state[6]
             fx = k1[7] + nu[4] * nu[2] - nu[5] * nu[1] - 9.80665 * 2 * (qx * qz - qw * qy)
             fy = k1[8] + nu[5] * nu[0] - nu[3] * nu[2] - 9.80665 * 2 * (qy * qz + qw * qx)
             fz = k1[9] + nu[3] * nu[1] - nu[4] * nu[0] - 9.80665 * (1 - 2 * (qx * qx + qy * qy))
             for i in range(3):
-                row[i] += faults.tilt[i, 0] * fx + faults.tilt[i, 1] * fy + faults.tilt[i, 2] * fz
+                row[i] += tilt[i, 0] * fx + tilt[i, 1] * fy + tilt[i, 2] * fz
         turn(wanted, first, second, keep, keep_second)
         assign(middle, second)
         turn(wanted, first, second, keep, keep_second)
@@ -259,17 +261,17 @@ def dive(
         for i in range(6):
             tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i]) + strange[i]
         add_wrench(middle, trial[7:13], prop, tau)
-        rates(trial, tau, water, grown, body, hull, phase, wake, k2, work)
+        state_derivative(trial, tau, water, grown, body, hull, phase, wake, k2, work)
         assign(trial, state + 0.5 * h * k2)
         for i in range(6):
             tau[i] = 0.5 * (scene.push[step, i] + scene.push[step + 1, i]) + strange[i]
         add_wrench(middle, trial[7:13], prop, tau)
-        rates(trial, tau, water, grown, body, hull, phase, wake, k3, work)
+        state_derivative(trial, tau, water, grown, body, hull, phase, wake, k3, work)
         assign(trial, state + h * k3)
         for i in range(6):
             tau[i] = scene.push[step + 1, i] + strange[i]
         add_wrench(second, trial[7:13], prop, tau)
-        rates(trial, tau, ahead, grown, body, hull, phase, wake, k4, work)
+        state_derivative(trial, tau, ahead, grown, body, hull, phase, wake, k4, work)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         norm = np.sqrt(np.sum(state[3:7] ** 2))
         for i in range(3, 7):

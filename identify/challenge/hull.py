@@ -89,17 +89,17 @@ def growth(depth: float, hull: Hull) -> tuple[float, float]:
 
 @njit(cache=True, error_model="numpy")
 def hull_wrench(
-    state: Array, through: Array, hull: Hull, phase: float, wake: float, out: Array
+    state: Array, nu_r: Array, hull: Hull, phase: float, wake: float, out: Array
 ) -> tuple[float, float, float]:
     """Add the wrench of the planted effects to `out` (6,); return the tether's pull (north, east, down).
 
-    `through` (6,) is the velocity through the water, `phase` that of shed vortices, `wake` the remembered surge
+    `nu_r` (6,) is the velocity through the water, `phase` that of shed vortices, `wake` the remembered surge
     speed.
     """
-    u, v, w, r = through[0], through[1], through[2], through[5]
+    u, v, w, r = nu_r[0], nu_r[1], nu_r[2], nu_r[5]
     for i in range(6):
         if hull.drag[i] != 0.0:
-            out[i] -= hull.drag[i] * np.abs(through[i]) ** hull.drag_power * np.sign(through[i])
+            out[i] -= hull.drag[i] * np.abs(nu_r[i]) ** hull.drag_power * np.sign(nu_r[i])
     if hull.asymmetry != 0.0:
         out[0] -= hull.asymmetry * u * 0.5 * (1.0 - np.tanh(u / 0.04))
     if hull.astern != 0.0:

@@ -13,6 +13,7 @@ SHORTEST_S, LONGEST_S = 300.0, 600.0
 REST_S = 8.0
 SINK_M_S = 0.12
 LEVELS = (0.35, 0.55, 0.8, 1.0)
+"""Shares of the vehicle's speed at which the legs go."""
 
 HEADING, DEPTH = 12, 13
 """Columns of a reference."""
@@ -31,6 +32,7 @@ class Leg:
 
 
 Block = Callable[[np.random.Generator, DrawnVehicle], list[Leg]]
+"""Draws a manoeuvre: a few legs that belong together."""
 
 
 def _hold_s(rng: np.random.Generator) -> float:
@@ -116,8 +118,11 @@ def draw_mission(rng: np.random.Generator, vehicle: DrawnVehicle, seconds: float
                 return legs
 
 
-def sampled(legs: list[Leg], time_s: Array, depth_m: float, heading: float) -> Array:
-    """Reference (n, 14) at the ticks (n,): velocity (6), acceleration (6), HEADING, DEPTH; REST_S at rest first."""
+def reference_at(legs: list[Leg], time_s: Array, depth_m: float, heading: float) -> Array:
+    """Reference (n, 14) of the legs at the ticks (n,): velocity (6), acceleration (6), heading, depth.
+
+    It begins with REST_S at rest, at this depth and heading (rad).
+    """
     out = np.zeros((len(time_s), 14))
     begin_s, before = REST_S, np.zeros(4)
     for leg in legs:

@@ -22,8 +22,8 @@ from bridge.attitude import down_in_body
 from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge.scenario import Planted, Scenario
+from identify.challenge.sensors import Noise
 from identify.challenge.simulate import Simulated
-from identify.challenge.vehicles import Noise
 from identify.effects.course import Course
 from identify.effects.effect import Effect
 from identify.effects.library import library
@@ -53,8 +53,10 @@ def missing_velocity(scenario: Scenario, simulated: Simulated) -> Array:
     nu, faults = simulated.ticks.state[:, 7:13], scenario.faults
     ticks = np.arange(len(nu))
     steps = (len(scenario.time_s) - 1) / len(nu)
-    late = np.column_stack([np.interp(ticks - faults.late / steps, ticks, column) for column in nu.T])
-    read = (late[:, :3] + np.cross(late[:, 3:], faults.arm)) @ faults.seen.T + faults.bias
+    late = np.column_stack(
+        [np.interp(ticks - faults.dvl_late_steps / steps, ticks, column) for column in nu.T]
+    )
+    read = (late[:, :3] + np.cross(late[:, 3:], faults.dvl_arm)) @ faults.dvl_matrix.T + faults.dvl_bias
     return np.asarray(read - nu[:, :3] - np.cross(nu[:, 3:], scenario.vehicle.crew_arm))
 
 
@@ -77,8 +79,8 @@ def sizes(scenario: Scenario, noise: Noise, simulated: Simulated) -> Array:
         axis_speed = nu[:, dof]
         error = error - axis_speed * (axis_speed @ error) / max(float(axis_speed @ axis_speed), 1e-12)
         of_reading[dof] = np.sqrt(np.mean(error**2)) / noise.dvl
-    of_reading[5] = abs(scenario.faults.gyro) / noise.gyro
-    tilt = GRAVITY_M_S2 * np.abs(scenario.faults.tilt[:2, 2]) / noise.force
+    of_reading[5] = abs(scenario.faults.gyro_bias) / noise.gyro
+    tilt = GRAVITY_M_S2 * np.abs(scenario.faults.accelerometer_tilt[:2, 2]) / noise.force
     of_reading[:2] = np.maximum(of_reading[:2], tilt)
     return np.maximum(of_force, of_reading)
 

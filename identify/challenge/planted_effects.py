@@ -1,4 +1,8 @@
-"""Plants the effects that a diagnosis must name, in other forms than the library's."""
+"""Plants the effects that a diagnosis must name, in other forms than the library's.
+
+Each function draws one effect of a `size` from 0, the smallest that is drawn, to 1, ten times as large, and returns how
+to put it into a dive with its parameters as the truth that an answer is compared with.
+"""
 
 from collections.abc import Callable
 
@@ -12,7 +16,8 @@ from identify.challenge.vehicles import LAG_S, DrawnVehicle
 Plant = Callable[[np.random.Generator, DrawnVehicle, float], Planted]
 
 
-def sign(rng: np.random.Generator) -> float:
+def random_sign(rng: np.random.Generator) -> float:
+    """1 or -1, equally likely."""
     return float(rng.choice([-1.0, 1.0]))
 
 
@@ -37,14 +42,14 @@ def drag_asymmetry(_: np.random.Generator, vehicle: DrawnVehicle, size: float) -
 def cross_flow_lift(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """Lift that stalls at large drift angles."""
     lift = sized(0.06, size) * vehicle.damping[1] / vehicle.speed
-    lever = sign(rng) * rng.uniform(0.05, 0.25)
+    lever = random_sign(rng) * rng.uniform(0.05, 0.25)
 
     apply = changed("hull", lift_y=lift, lift_n=lever * lift)
     return Planted("cross_flow_lift", {"Y_uv": float(lift), "N_uv": float(lever * lift)}, apply, size)
 
 
 def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
-    both = sign(rng) * sized(0.04, size) * float(np.sqrt(vehicle.damping[1] * vehicle.damping[5]))
+    both = random_sign(rng) * sized(0.04, size) * float(np.sqrt(vehicle.damping[1] * vehicle.damping[5]))
     y_r, n_v = both * rng.uniform(0.6, 1.4), both * rng.uniform(0.6, 1.4)
 
     apply = changed("hull", y_r=y_r, n_v=n_v)
@@ -53,7 +58,7 @@ def coupled_damping(rng: np.random.Generator, vehicle: DrawnVehicle, size: float
 
 def munk_moment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """Larger or smaller Munk moments, by a share that fades at large drift."""
-    share = sign(rng) * sized(0.2, size)
+    share = random_sign(rng) * sized(0.2, size)
     mass = vehicle.mass
 
     apply = changed(
@@ -92,7 +97,7 @@ def cg_offset(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> P
     off = sized(0.008, size) * mass * vehicle.share ** (1 / 3)
     of_water = rng.random() < 0.5
     angle = 0.0 if of_water else rng.uniform(-0.5, 0.5)
-    x, y = sign(rng) * off * np.cos(angle), off * np.sin(angle)
+    x, y = random_sign(rng) * off * np.cos(angle), off * np.sin(angle)
 
     def apply(scenario: Scenario, _: np.random.Generator) -> None:
         add_first_moments(scenario.added if of_water else scenario.rigid, x, y, of_water)
@@ -117,7 +122,7 @@ def pitch_roll_coupling(_: np.random.Generator, vehicle: DrawnVehicle, size: flo
 
 def net_buoyancy(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) -> Planted:
     """A buoyancy force (up or down) that falls slightly with depth, as air spaces are compressed."""
-    force = sign(rng) * sized(0.4, size) * vehicle.share
+    force = random_sign(rng) * sized(0.4, size) * vehicle.share
 
     def apply(scenario: Scenario, _: np.random.Generator) -> None:
         scenario.hull = scenario.hull._replace(buoyancy_n=force, squeeze=0.03, wave_ref=scenario.depth_m)
@@ -148,18 +153,18 @@ def added_payload(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) 
 
 
 def dvl_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    scale = 1.0 + sign(rng) * sized(0.01, size)
+    scale = 1.0 + random_sign(rng) * sized(0.01, size)
 
     def apply(scenario: Scenario, _: np.random.Generator) -> None:
-        scenario.faults = scenario.faults._replace(seen=scale * scenario.faults.seen)
+        scenario.faults = scenario.faults._replace(dvl_matrix=scale * scenario.faults.dvl_matrix)
 
     return Planted("dvl_scale", {"scale": scale}, apply, size, spoils=(0, 1, 2))
 
 
 def depth_scale(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
-    scale = 1.0 + sign(rng) * sized(0.04, size)
+    scale = 1.0 + random_sign(rng) * sized(0.04, size)
 
-    return Planted("depth_scale", {"scale": scale}, changed("faults", deep=scale), size, spoils=(2,))
+    return Planted("depth_scale", {"scale": scale}, changed("faults", depth_gain=scale), size, spoils=(2,))
 
 
 def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
@@ -167,18 +172,18 @@ def dvl_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     way = rng.standard_normal(3)
     bias = sized(0.002, size) * way / float(np.linalg.norm(way))
 
-    apply = changed("faults", bias=bias, wander=0.1)
+    apply = changed("faults", dvl_bias=bias, bias_wander=0.1)
     return Planted("dvl_bias", dict(zip("xyz", bias.tolist(), strict=True)), apply, size, spoils=(0, 1, 2))
 
 
 def dvl_misalignment(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     """A DVL turned about the vertical, and tilted by a tenth of that angle."""
-    yaw = sign(rng) * sized(0.012, size)
+    yaw = random_sign(rng) * sized(0.012, size)
     cos, sin, tilt = float(np.cos(yaw)), float(np.sin(yaw)), 0.1 * yaw
-    seen = np.array([[cos, -sin, 0.0], [sin, cos, tilt], [0.0, -tilt, 1.0]])
+    turned = np.array([[cos, -sin, 0.0], [sin, cos, tilt], [0.0, -tilt, 1.0]])
 
     def apply(scenario: Scenario, _: np.random.Generator) -> None:
-        scenario.faults = scenario.faults._replace(seen=seen @ scenario.faults.seen)
+        scenario.faults = scenario.faults._replace(dvl_matrix=turned @ scenario.faults.dvl_matrix)
 
     return Planted("dvl_misalignment", {"yaw": yaw}, apply, size, spoils=(0, 1))
 
@@ -189,7 +194,7 @@ def dvl_lever_arm(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Pla
     off = sized(0.03, size) * np.array([np.cos(angle), np.sin(angle), rng.uniform(-0.3, 0.3)])
 
     def apply(scenario: Scenario, _: np.random.Generator) -> None:
-        scenario.faults = scenario.faults._replace(arm=scenario.faults.arm + off)
+        scenario.faults = scenario.faults._replace(dvl_arm=scenario.faults.dvl_arm + off)
 
     parameters = dict(zip("xyz", off.tolist(), strict=True))
     return Planted("dvl_lever_arm", parameters, apply, size, spoils=(0, 1))
@@ -198,15 +203,17 @@ def dvl_lever_arm(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Pla
 def dvl_delay(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     steps = max(round(sized(0.03, size) * 130), 1)
 
-    apply = changed("faults", late=steps)
+    apply = changed("faults", dvl_late_steps=steps)
     return Planted("dvl_delay", {"delay": steps / 130.0}, apply, size, spoils=(0, 1, 2))
 
 
 def gyro_bias(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
     """A bias of every gyro aboard that varies by a tenth."""
-    bias = sign(rng) * sized(0.0005, size)
+    bias = random_sign(rng) * sized(0.0005, size)
 
-    return Planted("gyro_bias", {"z": bias}, changed("faults", gyro=bias, wander=0.1), size, spoils=(5,))
+    return Planted(
+        "gyro_bias", {"z": bias}, changed("faults", gyro_bias=bias, bias_wander=0.1), size, spoils=(5,)
+    )
 
 
 def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Planted:
@@ -216,7 +223,7 @@ def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> 
     about_x = np.array([[1, 0, 0], [0, np.cos(roll), np.sin(roll)], [0, -np.sin(roll), np.cos(roll)]])
     about_y = np.array([[np.cos(pitch), 0, -np.sin(pitch)], [0, 1, 0], [np.sin(pitch), 0, np.cos(pitch)]])
 
-    apply = changed("faults", tilt=about_x @ about_y)
+    apply = changed("faults", accelerometer_tilt=about_x @ about_y)
     parameters = {"roll": float(roll), "pitch": float(pitch)}
     return Planted("imu_gravity_leak", parameters, apply, size, spoils=(0, 1))
 
@@ -224,10 +231,10 @@ def imu_gravity_leak(rng: np.random.Generator, _: DrawnVehicle, size: float) -> 
 def wrong_feedback_log(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
     """A controller that uses its own velocity estimate but logs the DVL's."""
 
-    return Planted("wrong_feedback_log", {}, changed("faults", unseen=1), size, spoils=(0, 1))
+    return Planted("wrong_feedback_log", {}, changed("faults", feedback_unlogged=1), size, spoils=(0, 1))
 
 
-def _lines(
+def _sum_of_sines(
     rng: np.random.Generator, time_s: Array, low_s: float, high_s: float, count: int
 ) -> tuple[Array, Array]:
     """A sum of `count` sines with drawn periods and variance 1, and its time derivative; (n,) each."""
@@ -247,7 +254,7 @@ def steady_current(rng: np.random.Generator, _: DrawnVehicle, size: float) -> Pl
     def apply(scenario: Scenario, rng: np.random.Generator) -> None:
         water = scenario.moving_water()
         for column, mean in ((0, north), (1, east)):
-            value, rate = _lines(rng, scenario.time_s, 200.0, 600.0, 3)
+            value, rate = _sum_of_sines(rng, scenario.time_s, 200.0, 600.0, 3)
             water[:, column] += mean + 0.1 * speed * value
             water[:, 3 + column] += 0.1 * speed * rate
 
@@ -261,7 +268,7 @@ def varying_current(rng: np.random.Generator, _: DrawnVehicle, size: float) -> P
     def apply(scenario: Scenario, rng: np.random.Generator) -> None:
         water = scenario.moving_water()
         for column in (0, 1):
-            value, rate = _lines(rng, scenario.time_s, 0.85 * period, 1.15 * period, 5)
+            value, rate = _sum_of_sines(rng, scenario.time_s, 0.85 * period, 1.15 * period, 5)
             water[:, column] += amplitude / np.sqrt(2) * value
             water[:, 3 + column] += amplitude / np.sqrt(2) * rate
 

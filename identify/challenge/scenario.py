@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.challenge.equations_of_motion import Body, body
 from identify.challenge.hull import Hull, Propellers, bare_hull
-from identify.challenge.vehicles import LAG_S, STEP_S, DrawnVehicle, Faults, honest
-from identify.challenge.world import Body, body
+from identify.challenge.sensors import STEP_S, Faults, without_faults
+from identify.challenge.vehicles import LAG_S, DrawnVehicle
 
 VELOCITY, ACCELERATION, THRUST, ATTITUDE, DEPTH, PULSE, NOTHING = 0, 6, 12, 18, 21, 22, -1
 """First index of each group of signals: six degrees of freedom each of velocity, acceleration and thruster wrench;
@@ -52,7 +53,7 @@ def no_force() -> DrawnForce:
 
 @njit(cache=True, error_model="numpy")
 def signal_of(place: int, state: Array, nu_dot: Array, thrust: Array, pulse: Array) -> float:
-    """A signal of the vehicle: from the state (as in `world.rates`), its acceleration (6,), the wrench of its
+    """A signal of the vehicle: from the state (as in `state_derivative`), its acceleration (6,), the wrench of its
     thrusters (6,), or the commanded thrust of each thruster (k,).
     """
     if place < ACCELERATION:
@@ -139,8 +140,8 @@ class Scenario:
     """Everything of one dive that can hide an effect; a plant changes it in place.
 
     time_s (n,): times of the steps, and one more. push (n, 6): planted wrench that depends on time alone. water (n,
-    12): see `world.rates`, None for still water. depth_m: at the beginning. fouled, fouled_s: see `dive.Scene`. sag,
-    sag_s, ripple: drop of the recorded voltage with time and with load. drawn: a force of no effect's form.
+    12): see `state_derivative`, None for still water. depth_m: at the beginning. fouled, fouled_s: see `dive.Scene`.
+    sag, sag_s, ripple: drop of the recorded voltage with time and with load. drawn: a force of no effect's form.
     """
 
     vehicle: DrawnVehicle
@@ -196,7 +197,7 @@ def scenario_of(
     )
     return Scenario(
         vehicle, time_s, depth_m, np.diag(rigid), np.diag(vehicle.mass - rigid), np.diag(vehicle.damping),
-        bare_hull(floor_m), prop, honest(vehicle.crew_arm), np.zeros((len(time_s), 6)),
+        bare_hull(floor_m), prop, without_faults(vehicle.crew_arm), np.zeros((len(time_s), 6)),
         shape.centre_of_gravity_below_buoyancy_m,
     )  # fmt: skip
 

@@ -58,7 +58,7 @@ class Measure(Enum):
 
 @dataclass(frozen=True)
 class Rate:
-    """Hits out of a number of cases."""
+    """`hits` in `of` cases."""
 
     hits: int
     of: int
@@ -94,7 +94,7 @@ class Score:
 
 @dataclass(frozen=True)
 class Judged:
-    """A truth and its answer. A missing answer names nothing and is no false alarm."""
+    """A hidden truth and the answer to it; an answer that is missing names nothing and is no false alarm."""
 
     truth: Mapping[str, Any]
     answer: Answer | None
@@ -113,25 +113,25 @@ class Judged:
     def named(self) -> tuple[Named, ...]:
         return () if self.answer is None else self.answer.named
 
-    def first(self) -> bool:
-        """Whether the cause named first is the hidden effect, or in its true class."""
-        return bool(self.named) and self._is(self.truth["effects"][0], self.named[0].name, self.named[0])
+    def named_first(self) -> bool:
+        """Whether the cause named first is the hidden effect, or one that can't be told from it."""
+        return bool(self.named) and self._matches(self.truth["effects"][0], self.named[0].name, self.named[0])
 
     def first_or_alike(self) -> bool:
         """Whether the cause named first, or a cause that the answer calls equally likely, is the hidden effect."""
-        return bool(self.named) and self._holds(self.truth["effects"][0], self.named[0])
+        return bool(self.named) and self._matches_class(self.truth["effects"][0], self.named[0])
 
-    def both(self) -> bool:
-        """Whether two different named causes are the two hidden effects, or in their true classes."""
+    def both_named(self) -> bool:
+        """Whether two different named causes are the two hidden effects, or can't be told from them."""
         return any(
             all(
-                self._is(effect, cause.name, cause)
+                self._matches(effect, cause.name, cause)
                 for effect, cause in zip(self.truth["effects"], pair, strict=True)
             )
             for pair in permutations(self.named, 2)
         )
 
-    def smallest(self) -> float:
+    def smallest_size(self) -> float:
         """Smallest size over the floor of the hidden effects, each taken alone; NaN if the sealed truth lacks sizes."""
         return min(float(effect.get("size", math.nan)) for effect in self.truth["effects"])
 
@@ -142,23 +142,30 @@ class Judged:
         """
         able = self.named if len(self.truth["effects"]) > 1 else self.named[:1]
         matches = (
-            cause for cause in able if cause.name == effect["name"] and self._is(effect, cause.name, cause)
+            cause
+            for cause in able
+            if cause.name == effect["name"] and self._matches(effect, cause.name, cause)
         )
         return next(matches, None)
 
     def right(self, named: Named) -> bool:
-        """Whether a named cause, or one of its class, is hidden."""
-        return any(self._holds(effect, named) for effect in self.truth["effects"] if not effect["novel"])
+        """Whether a named cause is hidden, or one that the answer calls equally likely."""
+        return any(
+            self._matches_class(effect, named) for effect in self.truth["effects"] if not effect["novel"]
+        )
 
-    def where(self) -> bool:
-        """Whether the answer puts the largest share of the gap into an affected degree of freedom."""
+    def right_dof(self) -> bool:
+        """Whether the degree of freedom to which the answer gives most of the gap is one that a hidden effect moves."""
         return self.answer is not None and self.answer.first_dof in self.truth["dof"]
 
-    def _holds(self, effect: Mapping[str, Any], named: Named) -> bool:
-        return any(self._is(effect, name, named) for name in (named.name, *named.also))
+    def _matches_class(self, effect: Mapping[str, Any], named: Named) -> bool:
+        return any(self._matches(effect, name, named) for name in (named.name, *named.also))
 
-    def _is(self, effect: Mapping[str, Any], name: str, named: Named) -> bool:
-        """Whether a name matches an effect by true class; for a single thruster, also its number if given."""
+    def _matches(self, effect: Mapping[str, Any], name: str, named: Named) -> bool:
+        """Whether a name is that of a hidden effect, or of one that no diagnosis could tell from it.
+
+        If the effect is of a single thruster, a number that the answer gives has to be right too.
+        """
         if name not in alike(effect["name"], bool(self.truth["rpm"])):
             return False
         if effect["name"] == name and effect["number"]:
@@ -173,19 +180,19 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
     known = by["one"] + by["two"]
     clear = [case for case in by["one"] if case.truth["size"] >= CLEAR]
     none = [case for case in by["none"] if case.answer is not None]
-    off, inside = _magnitudes(by["one"] + by["absorbed"])
-    off_two, inside_two = _magnitudes(by["two"])
+    errors_one, inside = _magnitudes(by["one"] + by["absorbed"])
+    errors_two, inside_two = _magnitudes(by["two"])
     rates = {
-        Measure.NAMED_FIRST: _rate(by["one"], Judged.first),
+        Measure.NAMED_FIRST: _rate(by["one"], Judged.named_first),
         Measure.FIRST_OR_ALIKE: _rate(by["one"], Judged.first_or_alike),
-        Measure.CLEAR_NAMED_FIRST: _rate(clear, Judged.first),
-        Measure.BOTH_NAMED: _rate(by["two"], Judged.both),
+        Measure.CLEAR_NAMED_FIRST: _rate(clear, Judged.named_first),
+        Measure.BOTH_NAMED: _rate(by["two"], Judged.both_named),
         Measure.CLEAR_BOTH_NAMED: _rate(
-            [case for case in by["two"] if case.smallest() >= CLEAR], Judged.both
+            [case for case in by["two"] if case.smallest_size() >= CLEAR], Judged.both_named
         ),
-        Measure.RIGHT_DOF: _rate(known + by["novel"], Judged.where),
+        Measure.RIGHT_DOF: _rate(known + by["novel"], Judged.right_dof),
         Measure.RIGHT_DOF_OF_GAP: _rate(
-            [case for case in known + by["novel"] if case.verdict not in ("", "no_gap")], Judged.where
+            [case for case in known + by["novel"] if case.verdict not in ("", "no_gap")], Judged.right_dof
         ),
         Measure.FALSE_ALARMS: _rate(none, lambda c: c.verdict != "no_gap"),
         Measure.FALSE_ALARMS_ONE_POLE: _rate(
@@ -198,7 +205,7 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         Measure.UNKNOWN_AS_NO_GAP: _rate(by["novel"], lambda c: c.verdict == "no_gap"),
         Measure.KNOWN_AS_UNKNOWN: _rate(known, lambda c: c.verdict == "unknown"),
         Measure.KNOWN_AS_NO_GAP: _rate(known, lambda c: c.verdict == "no_gap"),
-        Measure.ABSORBED_OR_NAMED: _rate(by["absorbed"], lambda c: c.verdict == "no_gap" or c.first()),
+        Measure.ABSORBED_OR_NAMED: _rate(by["absorbed"], lambda c: c.verdict == "no_gap" or c.named_first()),
         Measure.MAGNITUDES_INSIDE: inside,
         Measure.TWO_MAGNITUDES_INSIDE: inside_two,
         Measure.UNANSWERED: _rate(cases, lambda c: c.answer is None),
@@ -208,8 +215,8 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
         Measure.WRONG_CAUSES: _mean(
             float(sum(not case.right(named) for named in case.named)) for case in cases if case.answer
         ),
-        Measure.MAGNITUDE_ERROR: _median(off),
-        Measure.TWO_MAGNITUDE_ERROR: _median(off_two),
+        Measure.MAGNITUDE_ERROR: _median(errors_one),
+        Measure.TWO_MAGNITUDE_ERROR: _median(errors_two),
         **_shrinks(known),
         Measure.CALIBRATION_ERROR: _calibration(cases),
     }
@@ -217,8 +224,8 @@ def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) ->
     return Score(rates, numbers, _effect_scores(by["one"]), unanswered)
 
 
-def _rate(cases: Sequence[Judged], so: Callable[[Judged], bool]) -> Rate:
-    return Rate(sum(map(so, cases)), len(cases))
+def _rate(cases: Sequence[Judged], is_hit: Callable[[Judged], bool]) -> Rate:
+    return Rate(sum(map(is_hit, cases)), len(cases))
 
 
 def _mean(values: Iterable[float]) -> float | None:
@@ -233,7 +240,7 @@ def _median(values: Iterable[float]) -> float | None:
 
 def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
     """Relative errors of the magnitudes given for right causes, and how many lie in their intervals."""
-    off: list[float] = []
+    relative: list[float] = []
     inside: list[bool] = []
     for case in cases:
         for effect in case.truth["effects"]:
@@ -242,10 +249,10 @@ def _magnitudes(cases: Sequence[Judged]) -> tuple[list[float], Rate]:
                 continue
             for name, error in errors(effect["parameters"], named).items():
                 _, low, high = named.parameters[name]
-                off.append(error)
+                relative.append(error)
                 if math.isfinite(low) and math.isfinite(high):
                     inside.append(low <= effect["parameters"][name] <= high)
-    return off, Rate(sum(inside), len(inside))
+    return relative, Rate(sum(inside), len(inside))
 
 
 def _shrinks(cases: Sequence[Judged]) -> dict[Measure, float | None]:
@@ -282,8 +289,8 @@ def _effect_scores(cases: Sequence[Judged]) -> tuple[EffectScore, ...]:
     out = []
     for name in names:
         cases_of_name = [case for case in cases if case.truth["effects"][0]["name"] == name]
-        found_sizes = [float(case.truth["size"]) for case in cases_of_name if case.first()]
-        missed_sizes = [float(case.truth["size"]) for case in cases_of_name if not case.first()]
+        found_sizes = [float(case.truth["size"]) for case in cases_of_name if case.named_first()]
+        missed_sizes = [float(case.truth["size"]) for case in cases_of_name if not case.named_first()]
         out.append(
             EffectScore(
                 name,

@@ -12,27 +12,23 @@ Anyone who knows the seed can make the answers again: keep it from those who are
 
 import hashlib
 import json
-import math
 import os
-import struct
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from itertools import count
 from pathlib import Path
 from typing import Any
 
 from bridge.errors import LogError
 from bridge.files import check_small, read_small, write_whole
-from bridge.wire.framing import Encoder
-from bridge.wire.readings import Reading, encode
 from identify.challenge.case import Case, check_of, dive_of, draw_case
-from identify.dive import Dive, Signal
+from identify.challenge.tlog import tlog_of
 
 PRIVATE = 0o600
 """File mode of a key: only its owner may read it."""
 
 
 def locked(data: bytes, key: str) -> bytes:
-    """Encrypt data under a key; a second call decrypts it."""
+    """Encrypt data under a key by XOR with a stream of hashes. Called again with that key, it decrypts."""
     stream = bytearray()
     for number in count():
         if len(stream) >= len(data):
@@ -156,56 +152,3 @@ def unsealed(folder: Path, published: str | None = None, key: Path | None = None
             f"{file}: does not open {folder / ANSWERS}; give the key that was written with it"
         ) from None
     return truths
-
-
-UNIX_AT_BOOT_S = 1_790_000_000.0
-_STAMP = struct.Struct(">Q")
-
-_PLAIN = (
-    "tau_pid",
-    "tau_ff",
-    "tau_cmd",
-    "nu_fb",
-    "nu_ref",
-    "pwm",
-    "rpm",
-    "fog",
-    "altitude",
-    "ff_mode",
-    "veh_cfg",
-)
-
-
-def tlog_of(dive: Dive, unix_at_boot_s: float = UNIX_AT_BOOT_S) -> bytes:
-    """Recording of a dive as bytes, with every reading stamped at its true time."""
-    encoder = Encoder(1, 1)
-    records: list[bytes] = []
-    for time_s, reading in sorted(_readings(dive, unix_at_boot_s), key=lambda pair: pair[0]):
-        records.append(_STAMP.pack(round((unix_at_boot_s + time_s) * 1e6)) + encoder.frame(*encode(reading)))
-    return b"".join(records)
-
-
-def _readings(dive: Dive, unix_at_boot_s: float) -> Iterator[tuple[float, Reading]]:
-    for name in _PLAIN:
-        for time_s, row in _rows(getattr(dive, name)):
-            yield time_s, Reading(name, time_s, row)
-    for time_s, row in _rows(dive.velocity):
-        yield time_s, Reading("dvl", time_s, (*row, math.nan))
-    if dive.gyro is not None and dive.specific_force is not None:
-        for (time_s, rates), (_, force) in zip(_rows(dive.gyro), _rows(dive.specific_force), strict=True):
-            yield time_s, Reading("imu", time_s, (*force, *rates, math.nan))
-    for time_s, row in _rows(dive.attitude):
-        yield time_s, Reading("attitude", time_s, (*row, 0.0, 0.0, 0.0))
-    for time_s, row in _rows(dive.pressure):
-        yield time_s, Reading("pressure", time_s, (*row, math.nan))
-    for time_s, row in _rows(dive.voltage):
-        yield time_s, Reading("battery", time_s, (*row, math.nan))
-        yield time_s, Reading("clock", time_s, (unix_at_boot_s + time_s,))
-    for time_s, row in _rows(dive.armed):
-        yield time_s, Reading("alive", time_s, (row[0], 12.0, 0.0))
-
-
-def _rows(signal: Signal | None) -> Iterator[tuple[float, tuple[float, ...]]]:
-    if signal is not None:
-        for time_s, row in zip(signal.time_s.tolist(), signal.value.tolist(), strict=True):
-            yield time_s, tuple(row)

@@ -11,11 +11,12 @@ from bridge.vehicle.config import Water
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.challenge import dive as kernel
 from identify.challenge.dive import Control
+from identify.challenge.equations_of_motion import STATES
 from identify.challenge.hull import voltage_share
 from identify.challenge.mission import HEADING
 from identify.challenge.scenario import Scenario, coloured, past_of
-from identify.challenge.vehicles import LAG_S, STEP_S, Clock, DrawnVehicle, Noise, Readings, noise_of
-from identify.challenge.world import STATES
+from identify.challenge.sensors import STEP_S, Noise, Periods, Readings, noise_alone
+from identify.challenge.vehicles import LAG_S, DrawnVehicle
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import quaternions_from_euler
 
@@ -26,7 +27,7 @@ FULL_VOLTAGE_V = 16.4
 class Setup:
     """Equipment of a dive: the vehicle's sensors and its crew's controller."""
 
-    clock: Clock
+    periods: Periods
     noise: Noise
     control: Control
     has_rpm: bool
@@ -68,9 +69,9 @@ def simulate(
     name: str, scenario: Scenario, setup: Setup, reference: Array, rng: np.random.Generator
 ) -> Simulated:
     """Follow the reference (n, 14). `rng` draws disturbance and noise."""
-    vehicle, clock = scenario.vehicle, setup.clock
+    vehicle, periods = scenario.vehicle, setup.periods
     count, k = len(reference), len(vehicle.configuration.thrusters)
-    steps = count * clock.tick
+    steps = count * periods.tick
     drawn = coloured(
         rng, len(scenario.time_s), STEP_S, vehicle.disturbance_s, vehicle.poles, vehicle.disturbance
     )
@@ -91,7 +92,7 @@ def simulate(
     start = np.zeros(STATES)
     heading = float(reference[0, HEADING])
     start[2], start[3], start[6] = scenario.depth_m, np.cos(0.5 * heading), np.sin(0.5 * heading)
-    readings = noise_of(clock, setup.noise, steps, rng)
+    readings = noise_alone(periods, setup.noise, steps, rng)
     ticks = kernel.Ticks(
         np.zeros((count, STATES)), np.zeros((count, 6)), np.zeros((count, 6)), np.zeros((count, k)),
         np.zeros((count, k)), np.zeros((count, 1)), np.zeros((count, k)), *(np.zeros((count, 6)) for _ in range(4)),
@@ -101,7 +102,7 @@ def simulate(
         scenario.hull,
         scenario.prop,
         setup.control,
-        clock,
+        periods,
         scenario.faults,
         scene,
         reference,
@@ -112,7 +113,7 @@ def simulate(
         past_of(scenario.drawn, STEP_S),
     )
     recorded = _recorded(name, scenario, setup, reference, readings, ticks, rng)
-    return Simulated(recorded, ticks, drawn[:: clock.tick][:count], readings)
+    return Simulated(recorded, ticks, drawn[:: periods.tick][:count], readings)
 
 
 def _recorded(
@@ -124,8 +125,8 @@ def _recorded(
     ticks: kernel.Ticks,
     rng: np.random.Generator,
 ) -> Dive:
-    clock, water = setup.clock, Water()
-    time_s = _times(0.0, clock.tick, len(reference))
+    periods, water = setup.periods, Water()
+    time_s = _times(0.0, periods.tick, len(reference))
     curve = scenario.vehicle.file.vehicle.thrust_curve
     k = np.where(ticks.shaft >= 0, curve.forward_n_s2, curve.reverse_n_s2)
     rpm = 60.0 * np.sign(ticks.shaft) * np.sqrt(np.abs(ticks.shaft) / k)
@@ -138,9 +139,9 @@ def _recorded(
     )
     pressure = 100.0 * water.surface_pressure_hpa + water.density_kg_m3 * water.gravity_m_s2 * readings.depth
     fog = None
-    if clock.fog:
-        fog = _signal(readings.fog[1:], 0.5 * clock.fog, clock.fog)
-    velocity = _signal(readings.dvl, 0, clock.dvl)
+    if periods.fog:
+        fog = _signal(readings.fog[1:], 0.5 * periods.fog, periods.fog)
+    velocity = _signal(readings.dvl, 0, periods.dvl)
     depth = np.interp(velocity.time_s, time_s, ticks.state[:, 2])
     altitude = np.maximum(scenario.hull.floor_m - depth + 0.01 * rng.standard_normal(len(depth)), 0.0)
     flat = np.zeros((len(seconds), 1))
@@ -149,11 +150,11 @@ def _recorded(
         Path(f"{name}.tlog"),
         hashlib.sha256(ticks.pwm.tobytes() + readings.dvl.tobytes()).hexdigest(),
         velocity=velocity,
-        gyro=_signal(readings.gyro, 0, clock.imu),
+        gyro=_signal(readings.gyro, 0, periods.imu),
         fog=fog,
-        specific_force=_signal(readings.force, 0, clock.imu),
-        attitude=_signal(quaternions_from_euler(*readings.attitude.T), 0, clock.attitude),
-        pressure=_signal(pressure, 0, clock.depth),
+        specific_force=_signal(readings.force, 0, periods.imu),
+        attitude=_signal(quaternions_from_euler(*readings.attitude.T), 0, periods.attitude),
+        pressure=_signal(pressure, 0, periods.depth),
         altitude=Signal(velocity.time_s, altitude[:, None]),
         pwm=Signal(time_s, ticks.pwm),
         rpm=Signal(time_s, rpm) if setup.has_rpm else None,

@@ -1,4 +1,4 @@
-"""The list of checks that contradict a recording, for identification and diagnosis alike."""
+"""Runs the checks for contradictions within a recording, the same for identification and for diagnosis."""
 
 from collections.abc import Collection
 
@@ -21,9 +21,9 @@ from identify.doubt import Doubt
 def contradictions(
     dive: Dive, file: VehicleFile, configuration: str, fitted: Collection[str]
 ) -> tuple[Doubt, ...]:
-    """Doubts about the coefficients that were fitted to a recording, from the recording itself.
+    """Doubts about coefficients that were fitted to a recording, where the recording contradicts itself.
 
-    fitted: their names, without those that rest on the righting moment instead of on thrust.
+    fitted: names of the coefficients, without those that rest on the righting moment instead of on thrust.
     """
     return (
         *(steered_doubts(dive, file, configuration, fitted) or filtered_doubts(dive)),

@@ -1,4 +1,4 @@
-"""Effects that were accepted before a dive: held in its model, and asked whether they have changed."""
+"""Effects that a crew accepted before a dive: its model holds them, and changes of them are looked for."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -32,8 +32,10 @@ class AcceptedCauses:
     unknown: tuple[str, ...] = ()
 
     def in_force(self, fitted: Nominal) -> Nominal:
-        """The dive `fitted` less the lasting effects, and less each passing one that the dive bears out: without it the
-        filters are less likely by LEAST_GAIN."""
+        """The dive `fitted` without the lasting effects, and without each passing one that it confirms.
+
+        It confirms an effect with which the filters are likelier by more than LEAST_GAIN nats.
+        """
         now, causes = with_accepted(fitted, self.lasting), self.lasting
         for cause in self.passing:
             trial = with_accepted(fitted, (*causes, cause))
@@ -73,7 +75,7 @@ def accepted_causes(accepted: Sequence[AcceptedEffect], library: Sequence[Effect
 
 def _held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
     """A sentence on the accepted effects in the model before; empty without any."""
-    sentences_of = []
+    held = []
     for cause in causes:
         shown = {p.name for p, has in zip(cause.effect.parameters, cause.present, strict=True) if has}
         values = [
@@ -81,12 +83,12 @@ def _held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
             for name, (value, unit) in cause.effect.told(cause.values).items()
             if name != "thruster" and (name in shown or cause.effect.telling is not None)
         ]
-        sentences_of.append(f"{effect_words(cause.effect)} ({', '.join(values)})")
-    return (f"The model before holds what was accepted: {listed(sentences_of)}.",) if sentences_of else ()
+        held.append(f"{effect_words(cause.effect)} ({', '.join(values)})")
+    return (f"The model before holds what was accepted: {listed(held)}.",) if held else ()
 
 
 def with_accepted(nominal: Nominal, causes: Sequence[Cause]) -> Nominal:
-    """A dive less the accepted causes' forces, reading errors and witness contributions, fitted again."""
+    """A dive without what the accepted causes contribute to forces, readings and witnesses, fitted again."""
     if not causes:
         return nominal
     now = nominal
@@ -143,7 +145,7 @@ def _change(cause: Cause) -> Effect:
 
 
 def all_accepted(findings: Sequence[Finding], causes: Sequence[Cause]) -> tuple[Finding, ...]:
-    """The effects of a model with causes accepted in addition to its earlier effects, each with its change included."""
+    """All effects of a model once `findings` are accepted: those of before, with their changes, and the new ones."""
     changes = {finding.cause.key: finding for finding in findings if finding.cause.effect.variant == SINCE}
     changed = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
     return (*changed, *(finding for finding in findings if finding.cause.effect.variant != SINCE))

@@ -18,7 +18,12 @@ from identify.checks.actuation.controller import Unrecorded, feedback_doubts, un
 from identify.checks.contradictions import contradictions
 from identify.checks.fit.hardly_this_vehicle import crossed, crossed_doubts, strange_doubts
 from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
-from identify.checks.fit.missing_forces import drag_doubts, lacking_doubts, missing_forces, too_little
+from identify.checks.fit.missing_forces import (
+    drag_doubts,
+    lacking_doubts,
+    missing_forces_words,
+    why_not_identifiable,
+)
 from identify.checks.fit.thrust_timing import delay_doubt, late_doubts
 from identify.checks.fit.unread_speeds import unread_doubts
 from identify.dive import Dive, Signal
@@ -106,7 +111,7 @@ def answer_of(
     }
     others = lacks_of(joint, theta, built, dive, spoilt, tests)
     let_in = widened(admitted(joint, theta, lacking, late, _timing(fitted, tests)), joint, theta, others)
-    missing = missing_forces(tuple(lacking), tuple(late), configuration.damping)
+    missing = missing_forces_words(tuple(lacking), tuple(late), configuration.damping)
     hull = OF_HULL.values() if configuration.damping != "linear" else (*MASSES, *DAMPINGS)
     reasons = spoilt if weighs_others else {}
     estimates = [
@@ -184,7 +189,7 @@ def _estimate(
     std, (below, above) = let_in.std(row, fitted_std), let_in.reach(row, fitted_std, fitted.stretch[row])
     reason, widest = "", max(below, above) / Z95
     if widest > LARGEST_RELATIVE_STD:
-        text = too_little(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
+        text = why_not_identifiable(name, DOFS[dof], widest, float(let_in.shift[row]), value, missing)
         why = f"; {built.unpushed[dof]}" if dof in built.unpushed else ""
         reason = spoilt[row].evidence if row in spoilt else f"{text}{why}"
     if np.isinf(below):

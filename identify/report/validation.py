@@ -25,12 +25,12 @@ from identify.run.validate import Run, Validation, verdict
 from identify.validation.against_forecast import verdict_of
 from identify.validation.raising import MARKS, Raising
 from identify.validation.tracking import (
-    AXES,
     CUTOFF_HZ,
     LEAST_SPEED,
     METHOD,
     PHASES,
     SETTLED_S,
+    TRACKED_DOFS,
     AxisErrors,
     SteadyError,
     TrackingErrors,
@@ -117,7 +117,7 @@ def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
 
 def _moved(errors: Mapping[str, TrackingErrors]) -> list[int]:
     """The degrees of freedom that any run has errors in."""
-    return [dof for dof in AXES if any(run.axis(DOFS[dof]) for run in errors.values())]
+    return [dof for dof in TRACKED_DOFS if any(run.axis(DOFS[dof]) for run in errors.values())]
 
 
 def _criteria(judged: Mapping[str, Raising]) -> Section | None:
@@ -386,10 +386,10 @@ def tracking_section(
     drawn = tuple(
         figure
         for mode, dive in dives.items()
-        for dof in AXES
+        for dof in TRACKED_DOFS
         if (figure := _curves(dof, mode, dive)) is not None
     )
-    overlaid = tuple(trace for dof in AXES for trace in _overlaid(dof, dives, (0.0, 0.0, 0.0)))
+    overlaid = tuple(trace for dof in TRACKED_DOFS for trace in _overlaid(dof, dives, (0.0, 0.0, 0.0)))
     words = (
         "The phases follow the reference: speeding up, steady, slowing down. Delay is how much later the measured "
         "speed looks most like the reference."

@@ -28,7 +28,13 @@ from identify.validation.against_forecast import (
     verdict_of,
 )
 from identify.validation.raising import Raising, go_no_go, in_one_mode
-from identify.validation.tracking import AXES, Row, TrackingErrors, tracking_errors, with_slopes
+from identify.validation.tracking import (
+    TRACKED_DOFS,
+    Row,
+    TrackingErrors,
+    tracking_errors,
+    with_reference_rates,
+)
 from identify.validation.tracking_curves import followed
 from identify.words import fixed, speed
 
@@ -103,7 +109,7 @@ def validate(
     `foretold` gives, for that part, the contents of the sidecar of the accepted diagnosis that it is compared with.
     """
     # Errors averaged over two modes would describe neither.
-    parts = [(in_one_mode(dive), dive) for dive in map(with_slopes, dives)]
+    parts = [(in_one_mode(dive), dive) for dive in map(with_reference_rates, dives)]
     parts.sort(key=lambda pair: len(Mode) if pair[0].mode is None else int(pair[0].mode))
     dvl = file.vehicle.sensors.dvl
     lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
@@ -175,7 +181,7 @@ def verdict(errors: Mapping[str, TrackingErrors]) -> str:
     than the first of the others. A mode is named again only where it is another: names are long."""
     axes_by_mode: dict[str, list[str]] = {}
     named: dict[str, str] = {}
-    for dof in AXES:
+    for dof in TRACKED_DOFS:
         axis_errors = {
             label: axis for label, run in errors.items() if (axis := run.axis(DOFS[dof])) is not None
         }

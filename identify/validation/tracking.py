@@ -27,26 +27,38 @@ from identify.align import ORDER, low_pass
 from identify.dive import Dive, Signal
 from identify.statistics import bulk_std
 
-AXES = (0, 1, 5)
-EVERY = tuple(range(6))
+TRACKED_DOFS = (0, 1, 5)
+"""Surge, sway and yaw, whose phases the paper reports."""
+
+ALL_DOFS = tuple(range(6))
 SETTLED_S = 5.0
 """A vehicle may still move for so long after a reference has come to rest: its PID is late."""
 PHASES = ("Acceleration", "Steady state", "Deceleration", "Overall")
 STEADY_SHARE = 0.05
 LEAST_SLOPE = 1e-4
+"""A reference is steady while its derivative is below this share of the largest, or below this, m/s2 or rad/s2."""
+
 LEAST_SPEED = 1e-3
+"""A reference moves above this, m/s or rad/s."""
+
 LAG_STEP_S = 0.05
 EARLIEST_S, LATEST_S = -1.0, 4.0
+"""Lags of the response behind the reference among which `delay` looks, and their step."""
+
 CUTOFF_HZ = 0.5
 METHOD = (
     f"Measured less wanted velocity, below {CUTOFF_HZ:g} Hz (zero-phase) because a sensor's noise is no error of "
     "tracking; what the source paper did with its noise is not known."
 )
 SHORTEST_RUN_S = 2.0
+"""A speed counts as held if it is held for so long."""
+
 LEAST_SAMPLES = 10
 """Of an rms: two seconds of a slow DVL."""
+
 SPEED_STEP = {"m/s": 0.01, "rad/s": 0.0025}
-"""Speeds held are told apart by this step: in turns of 5 deg/s and of 0.05 rad/s both are right within 0.3 %."""
+"""Held speeds are rounded to a multiple of this step. Rates in steps of 5 deg/s and of 0.05 rad/s stay right to
+0.3 %."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +162,7 @@ class Row:
 
 def tracking_errors(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> TrackingErrors:
     """Return the errors of a dive; no axes if it has no NU_REF. `lever_m`: the DVL's transducer in body axes."""
-    axes = (_axis_errors(dive, dof, lever_m) for dof in AXES)
+    axes = (_axis_errors(dive, dof, lever_m) for dof in TRACKED_DOFS)
     return TrackingErrors(
         dive.name, tuple(axis for axis in axes if axis is not None), whole_errors(dive, lever_m)
     )
@@ -164,7 +176,7 @@ def whole_errors(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tuple[WholeE
     moves = np.abs(np.nan_to_num(reference.value[:, :6])) > LEAST_SPEED
     if not moves.any():
         return ()
-    errors = (_whole_error(dive, dof, lever_m, moves) for dof in EVERY)
+    errors = (_whole_error(dive, dof, lever_m, moves) for dof in ALL_DOFS)
     return tuple(error for error in errors if error is not None)
 
 
@@ -172,7 +184,7 @@ def compare(runs: Mapping[str, Dive], lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tup
     """Return rows laid out like the paper's Table 5, axis by axis, with a value for each run in the mapping's order."""
     errors = [tracking_errors(dive, lever_m) for dive in runs.values()]
     rows = []
-    for dof in AXES:
+    for dof in TRACKED_DOFS:
         of_axis = [e.axis(DOFS[dof]) for e in errors]
         if all(axis is None for axis in of_axis):
             continue
@@ -189,7 +201,7 @@ PARTS = {"rms": "whole mission", "unasked": "while others move", "rest": "at res
 def whole_rows(errors: Mapping[str, TrackingErrors]) -> tuple[Row, ...]:
     """Every axis over the whole mission, asked to move or not, in the parts of PARTS; none if no run tells it."""
     rows = []
-    for dof in EVERY:
+    for dof in ALL_DOFS:
         of_axis = [next((e for e in run.whole if e.axis == DOFS[dof]), None) for run in errors.values()]
         for part, words in PARTS.items() if any(of_axis) else ():
             values = tuple(math.nan if error is None else getattr(error, part) for error in of_axis)
@@ -197,8 +209,8 @@ def whole_rows(errors: Mapping[str, TrackingErrors]) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def with_slopes(dive: Dive) -> Dive:
-    """The dive with the derivatives of its reference by differences where NU_REF states none."""
+def with_reference_rates(dive: Dive) -> Dive:
+    """The dive, with derivatives of its reference by finite differences for axes where NU_REF states none."""
     if dive.nu_ref is None:
         return dive
     time_s, value = dive.nu_ref.time_s, dive.nu_ref.value.copy()
@@ -258,7 +270,7 @@ def measured_speed(dive: Dive, dof: int, lever_m: Vector3) -> Signal | None:
     return Signal(time_s, value[:, dof : dof + 1])
 
 
-def _followed(dive: Dive, dof: int, lever_m: Vector3) -> tuple[Signal, Signal] | None:
+def _reference_and_response(dive: Dive, dof: int, lever_m: Vector3) -> tuple[Signal, Signal] | None:
     """Reference and response of an axis, (n, 1) each, the response within the time of the reference; None if either is
     never known."""
     measured = measured_speed(dive, dof, lever_m)
@@ -273,16 +285,16 @@ def _followed(dive: Dive, dof: int, lever_m: Vector3) -> tuple[Signal, Signal] |
 
 
 def _whole_error(dive: Dive, dof: int, lever_m: Vector3, moves: Mask) -> WholeError | None:
-    """moves (m, 6): where each axis's reference moves, at the times of NU_REF."""
-    followed = _followed(dive, dof, lever_m)
+    """The error of an axis; None if it is not measured. moves (m, 6): whose reference moves at the times of NU_REF."""
+    followed = _reference_and_response(dive, dof, lever_m)
     if followed is None or len(followed[1]) < LEAST_SAMPLES:
         return None
     reference, response = followed
     time_s = response.time_s
-    smooth, noise = _low(time_s, (response.value - reference.at(time_s))[:, 0])
+    smooth, noise = _filtered_error(time_s, (response.value - reference.at(time_s))[:, 0])
     any_moves = np.asarray(moves.any(axis=1))
-    since_s = _since_s(reference.time_s, moves[:, dof] | ~_holds(dive, dof, reference.time_s), time_s)
-    since_any_s = _since_s(reference.time_s, any_moves, time_s)
+    since_s = _since_moved_s(reference.time_s, moves[:, dof] | ~_holds(dive, dof, reference.time_s), time_s)
+    since_any_s = _since_moved_s(reference.time_s, any_moves, time_s)
     first_s = reference.time_s[np.argmax(any_moves)]
     under_way = (time_s >= first_s) & (since_any_s <= SETTLED_S)
     asked = reference.at(time_s)[under_way, 0]
@@ -298,8 +310,11 @@ def _whole_error(dive: Dive, dof: int, lever_m: Vector3, moves: Mask) -> WholeEr
 
 
 def _holds(dive: Dive, dof: int, time_s: Array) -> Mask:
-    """Where the controller acts on an axis (n,): a PID that is exactly zero does not, as where a mission pushes by
-    itself or the gains are zero. By the feed-forward alone, surge, sway and yaw are held by that."""
+    """Whether the controller acts on an axis at these times, (n,).
+
+    A PID that is exactly zero does not act, as where a mission pushes by itself or the gains are zero. In the mode of
+    feed-forward alone, surge, sway and yaw are held by the feed-forward.
+    """
     if dive.tau_pid is None or not len(dive.tau_pid):
         return np.ones(len(time_s), dtype=bool)
     acts = np.nan_to_num(dive.tau_pid.held_at(time_s)[:, dof]) != 0.0
@@ -308,14 +323,17 @@ def _holds(dive: Dive, dof: int, time_s: Array) -> Mask:
     return np.asarray(acts)
 
 
-def _since_s(reference_s: Array, moving: Mask, time_s: Array) -> Array:
-    """Time (n,) since the reference last moved, infinite before it first did."""
+def _since_moved_s(reference_s: Array, moving: Mask, time_s: Array) -> Array:
+    """Time (n,) at `time_s` since the reference last moved, infinite before it first did.
+
+    moving (m,): whether it moves at the times `reference_s` (m,).
+    """
     last_s = np.maximum.accumulate(np.where(moving, reference_s, -np.inf))
     return np.asarray(time_s - last_s[np.searchsorted(reference_s, time_s, side="right") - 1])
 
 
 def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
-    followed = _followed(dive, dof, lever_m)
+    followed = _reference_and_response(dive, dof, lever_m)
     if followed is None or dive.nu_ref is None:
         return None
     reference, response = followed
@@ -326,10 +344,10 @@ def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
         return None
     lag_s = delay(reference, response)
     error = (response.value - reference.at(time_s))[:, 0]
-    smooth, noise = _low(time_s, error)
-    late, _ = _low(time_s, (response.value - reference.at(time_s - lag_s))[:, 0])
+    smooth, noise = _filtered_error(time_s, error)
+    late, _ = _filtered_error(time_s, (response.value - reference.at(time_s - lag_s))[:, 0])
     now, late = np.abs(smooth), np.abs(late)
-    effort, magnitude, against_ff = _wrenches(dive, dof, reference, slope)
+    effort, magnitude, against_ff = _steady_pid(dive, dof, reference, slope)
     return AxisErrors(
         axis=DOFS[dof],
         unit=_unit(dof),
@@ -349,7 +367,7 @@ def _axis_errors(dive: Dive, dof: int, lever_m: Vector3) -> AxisErrors | None:
     )
 
 
-def _low(time_s: Array, error: Array) -> tuple[Array, float]:
+def _filtered_error(time_s: Array, error: Array) -> tuple[Array, float]:
     """The error (n,) below CUTOFF_HZ, and the standard deviation of the noise that remains in it.
 
     The filter's gain is G = 1 / (1 + x^(2 ORDER)), with x the frequency over the cut-off. Of white noise up to `top`
@@ -391,7 +409,7 @@ def _steady_errors(
     )
 
 
-def _wrenches(dive: Dive, dof: int, reference: Signal, slope: Signal) -> tuple[float, float, float]:
+def _steady_pid(dive: Dive, dof: int, reference: Signal, slope: Signal) -> tuple[float, float, float]:
     """Means of TAU_PID, of its magnitude, and of |TAU_PID - TAU_FF|, in steady state."""
     if dive.tau_pid is None or len(dive.tau_pid) == 0:
         return math.nan, math.nan, math.nan

@@ -10,7 +10,7 @@ import numpy as np
 from bridge.arrays import Array, Vector3
 from bridge.vehicle.coefficients import DOFS
 from identify.dive import Dive, Signal
-from identify.validation.tracking import AXES, LEAST_SPEED, measured_speed
+from identify.validation.tracking import LEAST_SPEED, TRACKED_DOFS, measured_speed
 
 CURVES: Final = ("reference", "measured", "tau_ff", "tau_pid")
 WRENCH_UNITS: Final = {"m/s": "N", "rad/s": "N m"}
@@ -97,7 +97,7 @@ def followed(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0), points: int = POINT
             _means(dive.tau_ff, dof, edges_s),
             _means(dive.tau_pid, dof, edges_s),
         )
-        for dof in AXES
+        for dof in TRACKED_DOFS
         if (np.abs(reference.value[:, dof]) > LEAST_SPEED).any()
     )
 

@@ -11,7 +11,7 @@ from fakes.firmware import RealTime
 from rig import Aboard, Pilot, ready
 from test_applet_law import wired
 
-from bench.ardusub.firmware import Passing
+from bench.ardusub.firmware import SteppedLink
 from bridge import exit_codes
 from bridge.ardusub.applet import applet, wiring_fault
 from bridge.errors import LinkError, ParamRejected, ParamUnverified
@@ -34,7 +34,7 @@ FILE = load_vehicle("bluerov2")
 WIRED = {f"SERVO{8 + n}_FUNCTION": 32 + n for n in range(1, 7)}
 
 
-class Ground(Passing):
+class Ground(SteppedLink):
     """The end of a link at the ground; time passes for a fake while it is read, a little with each read."""
 
     def read(self, timeout_s):

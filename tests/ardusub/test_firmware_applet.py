@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 from fakes.ardusub import MANUAL
-from fakes.firmware import RealTime, binary
+from fakes.firmware import RealTime, firmware_path
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import Pilot, arm, ready
 
@@ -82,7 +82,7 @@ def afloat(firmware, flight_mode, mode):
 
 def test_the_applet_and_the_companion_follow_the_sticks_far_better_than_what_ardusub_offers(tmp_path):
     """A tenth of what sticks alone are off, and a third of what PSC_VELXY_FF is."""
-    figures = measured(binary(), tmp_path)
+    figures = measured(firmware_path(), tmp_path)
     say(f"{figures}")
     by_way = {words: np.array(off) for words, off in figures["off"].items()}
     own = np.min([by_way[words] for words in BY_OWN], axis=0)

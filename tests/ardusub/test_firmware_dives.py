@@ -3,7 +3,7 @@
 import sys
 
 import pytest
-from fakes.firmware import binary
+from fakes.firmware import firmware_path
 
 from bench.ardusub.page import measured
 
@@ -11,7 +11,7 @@ pytestmark = pytest.mark.soak
 
 
 def test_mass_and_drag_are_identified_within_5_percent_and_inside_their_intervals(tmp_path):
-    figures = measured(binary(), tmp_path, "plain")
+    figures = measured(firmware_path(), tmp_path, "plain")
     sys.stderr.write(f"\n{figures}\n")
     holding = []
     for axis in figures.values():
@@ -34,7 +34,7 @@ def test_mass_and_drag_are_identified_within_5_percent_and_inside_their_interval
 )
 def test_what_is_planted_is_named_and_gone_in_the_next_dive(tmp_path, case, cause):
     """Waves are of one dive alone: the next has its own, and nothing else."""
-    figures = measured(binary(), tmp_path, case)
+    figures = measured(firmware_path(), tmp_path, case)
     sys.stderr.write(f"\n{figures}\n")
     assert any(named.startswith(cause) for named in figures["causes"])
     if case == "waves":

@@ -11,7 +11,7 @@ from rig import Aboard, Pilot, arm, given_back, ready, taken
 from test_dvl_and_recording import WITH_DVL, Dvl
 from test_flights import BATTERY, LIMITS
 
-from bench.ardusub.firmware import Passing
+from bench.ardusub.firmware import SteppedLink
 from bench.ardusub.flight import vehicle_file
 from bench.operation.flying import InTurn
 from bridge.ardusub.companion import companion_file
@@ -122,7 +122,7 @@ def test_a_plan_is_flown_until_enough_is_known_and_the_vehicle_is_back(tmp_path)
         proposal = plan(before_dives(file), Limits(space_m=6.0, depth_space_m=2.0, speed_m_s=0.5), 300.0)
         flown = flight_plan("firmware", 3.0, [part.manoeuvre.steps for part in proposal.parts])
         crew, recorder, folder = recorded_crew(
-            Passing(firmware, *acts), file, "standard", tmp_path, firmware.clock, say
+            SteppedLink(firmware, *acts), file, "standard", tmp_path, firmware.clock, say
         )
         identifying = InTurn(folder.path, file, "standard", firmware.clock, time.monotonic)
         crew.find(1)

@@ -11,7 +11,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
 from test_dvl_and_recording import WITH_DVL, Dvl
 
-from bench.ardusub.firmware import Passing
+from bench.ardusub.firmware import SteppedLink
 from bridge.flight.flight import End, State
 from bridge.flight.limits import FlightLimits
 from bridge.onboard.program import LEAVE_WITHIN_S
@@ -218,7 +218,7 @@ def test_a_vehicle_that_the_pilot_holds_armed_is_taken_in_the_last_seconds(flown
 def test_the_grounds_recording_tells_how_late_the_autopilots_rates_are(fake, tmp_path):
     aboard = Aboard(fake, file=WITH_DVL)
     acts = (aboard, Dvl(fake, aboard))
-    port = Passing(fake, *acts)
+    port = SteppedLink(fake, *acts)
     crew, recorder, folder = recorded_crew(port, FILE, "standard", tmp_path, fake.clock, print)
     assert fake.until(lambda: aboard.companion.settings.complete, 30.0, *acts)
     port.read(0.0)

@@ -1,4 +1,4 @@
-"""What may be wrong beside ArduSub: each is said in one sentence with the way out, and nothing is taken or added."""
+"""What the companion says when something is wrong beside ArduSub: one sentence with the remedy; the sticks stay."""
 
 import socket
 import threading

@@ -1,4 +1,4 @@
-"""The program itself beside the firmware, as a crew starts it."""
+"""The companion as a crew starts it, `seatrial-bridge` as a process of its own, beside the firmware."""
 
 import signal
 import subprocess

@@ -9,7 +9,7 @@ from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_i
 from rig import Aboard, Pilot
 from soak import rest_in_soak
 
-from bench.ardusub.firmware import Passing
+from bench.ardusub.firmware import SteppedLink
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import COMMIT
 from bridge.wire.framing import Encoder, Framer
@@ -36,7 +36,7 @@ class Beside(Reached):
         for name, value in OLD.items():
             assert self.server.write(name, value, armed=False) is None
         assert self.server.write(COMMIT, self.server.staged_crc, armed=False) is None
-        self.link = Lossy(Passing(self.fake, self.aboard), random.Random(seed), self.clock, **BAD_LINK)
+        self.link = Lossy(SteppedLink(self.fake, self.aboard), random.Random(seed), self.clock, **BAD_LINK)
         self.sends = 0
         self._ground, self._framer, self._peers = Encoder(*GROUND_STATION), Framer(), Peers()
         pilot = Pilot(self.fake)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bridge.errors import LinkLost, LogError
-from identify.batch import work
+from identify.batch import dive_jobs
 from identify.batch.jobs import IDENTIFY, Result, run_job
 from identify.batch.run import Cache, Standing, run_batch
 from identify.dive import Signal
@@ -118,8 +118,8 @@ def test_an_infinite_voltage_of_a_damaged_log_leaves_a_result_that_can_be_kept(m
     voltage = Signal(np.arange(3.0), np.array([[15.0], [np.inf], [17.0]]))
     dive = SimpleNamespace(voltage=voltage, unix_at_boot_s=1.77e9, span_s=(0.0, 2.0))
     answer = SimpleNamespace(answer=SimpleNamespace(to_json=dict))
-    monkeypatch.setattr(work, "read_job", lambda _: (dive, batch_jobs.FILE, "hovering"))
-    monkeypatch.setattr(work.run_identify, "identify", lambda *_: answer)
+    monkeypatch.setattr(dive_jobs, "read_job", lambda _: (dive, batch_jobs.FILE, "hovering"))
+    monkeypatch.setattr(dive_jobs.run_identify, "identify", lambda *_: answer)
     result = run_job(replace(jobs[0], function=IDENTIFY))
     open_cache().add(result)
     assert result.answer["voltage_v"] == 16.0

@@ -17,7 +17,7 @@ from bridge.vehicle.config import Prior
 from bridge.vehicle.legs import Mission
 from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter
-from identify.batch.work import identify
+from identify.batch.dive_jobs import identify
 from tui import cli
 from tui.commands import batch
 

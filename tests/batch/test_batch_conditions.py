@@ -10,7 +10,7 @@ from bridge import exit_codes
 from bridge.errors import FitError
 from gcs_plugin.dives.conditions import Conditions
 from gcs_plugin.dives.folder import DiveFolder, about_vehicle
-from identify.batch import work
+from identify.batch import dive_jobs
 from identify.batch.jobs import Against, run_job
 from identify.run.diagnose import Before
 from tui import cli
@@ -89,11 +89,11 @@ def test_what_was_accepted_is_what_each_dive_is_diagnosed_against(jobs, monkeypa
         asked.update(configuration=configuration, before=before, without=without)
         raise FitError("looked", of=dive)
 
-    monkeypatch.setattr(work, "read_job", lambda job: ("plain", job.vehicle, "heavy"))
-    monkeypatch.setattr(work.run_diagnose, "diagnose", looked)
+    monkeypatch.setattr(dive_jobs, "read_job", lambda job: ("plain", job.vehicle, "heavy"))
+    monkeypatch.setattr(dive_jobs.run_diagnose, "diagnose", looked)
     assert run_job(job).error == "looked"
     assert (asked["before"], asked["without"]) == (job.against.accepted["heavy"], ())
-    monkeypatch.setattr(work, "read_job", lambda job: ("plain", job.vehicle, "light"))
+    monkeypatch.setattr(dive_jobs, "read_job", lambda job: ("plain", job.vehicle, "light"))
     assert "was dived in configuration 'light', and what was accepted is of heavy" in run_job(job).error
 
 
@@ -105,8 +105,8 @@ def test_without_what_was_accepted_nothing_is_held_against_a_dive(jobs, monkeypa
         asked.update(before=before, without=without)
         raise FitError("looked", of="plain")
 
-    monkeypatch.setattr(work, "read_job", lambda job: ("plain", job.vehicle, "hovering"))
-    monkeypatch.setattr(work.run_diagnose, "diagnose", looked)
+    monkeypatch.setattr(dive_jobs, "read_job", lambda job: ("plain", job.vehicle, "hovering"))
+    monkeypatch.setattr(dive_jobs.run_diagnose, "diagnose", looked)
     assert run_job(job).error == "looked"
     assert asked == {"before": Before(), "without": ()}
 

@@ -19,10 +19,9 @@ from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from identify.batch import cluster as batch_cluster
 from identify.batch.cluster import pack, run_on_cluster, run_parcel, unpack
+from identify.batch.code_version import PLACE, answering
 from identify.batch.jobs import (
     IDENTIFY,
-    PLACE,
-    answering,
     definitions,
     job_for,
     own_columns,
@@ -102,7 +101,7 @@ def test_a_process_that_had_loaded_numba_compiles_on_with_one_thread(monkeypatch
     monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
     program = (
         "import numba; numba.set_num_threads(numba.config.NUMBA_NUM_THREADS); "
-        "from identify.batch.jobs import one_thread; one_thread(); "
+        "from identify.batch.threads import one_thread; one_thread(); "
         "print(numba.njit(lambda x: x + 1)(1), numba.get_num_threads())"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)
@@ -261,7 +260,7 @@ def test_a_worker_of_another_version_refuses_and_says_so(folder, monkeypatch):
 
 LOADED = """
 import importlib, sys
-import identify.batch.work
+import identify.batch.dive_jobs
 from identify.estimators.table import METHODS
 for module in METHODS.values():
     importlib.import_module(module)

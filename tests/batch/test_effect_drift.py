@@ -10,13 +10,13 @@ from scipy.stats import t as stats_t
 from test_batch_drift import DAY_S, START_S, dives
 
 from bridge import exit_codes
-from identify.batch.causes import Causes, EffectSize, Size
+from identify.batch.dive_causes import DiveCauses, EffectSize, Size
 from identify.batch.drift import drift_of, effect_drifts
 from identify.batch.jobs import Result
 from identify.batch.page import batch_report
 from identify.batch.rows import diagnosed, rows_of, to_csv, to_json
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.report.page import render_report
 from identify.statistics import Z95
 from tui import cli
@@ -36,7 +36,7 @@ def dive(day, gain, named=True, label=WEAK, **more):
         label, "weak thruster 3", {"gain": size(gain)}, 0.97 if named else 0.0, named, ("fouling",)
     )
     effects = {"found": (effect,)} if named else {"absent": (effect,)}
-    return Causes(
+    return DiveCauses(
         "only", "explained" if named else "no_gap", "", unix_s=START_S + day * DAY_S, **effects, **more
     )
 
@@ -100,12 +100,12 @@ def rows():
     made = [
         replace(row, causes=dive(7 * k, 1.0 - 0.03 * k, named=k > 0)) for k, row in enumerate(dives(count=5))
     ]
-    return [*made, replace(dives(count=6)[-1], causes=Causes(error="is too short"))]
+    return [*made, replace(dives(count=6)[-1], causes=DiveCauses(error="is too short"))]
 
 
 def test_causes_survive_as_plain_data():
     causes = dive(1, 0.9)
-    assert Causes.from_json(json.loads(json.dumps(causes.to_json()))) == causes
+    assert DiveCauses.from_json(json.loads(json.dumps(causes.to_json()))) == causes
 
 
 def test_a_diagnosis_joins_the_row_of_its_recording_and_dates_it():
@@ -119,7 +119,7 @@ def test_a_diagnosis_joins_the_row_of_its_recording_and_dates_it():
     ]
     first, second = rows_of(identified, diagnoses)
     assert (first.dive, first.unix_s, first.causes.found[0].label) == ("one", START_S + 3 * DAY_S, WEAK)
-    assert second.causes == Causes(error="short")
+    assert second.causes == DiveCauses(error="short")
     assert diagnosed([first, second]) == {"only": [first]}
     assert rows_of(identified)[0].causes is None
 

@@ -1,4 +1,4 @@
-"""The table of the firmware's dives."""
+"""The tables that `python -m bench ardusub` writes into docs/ardusub.md, from figures of the firmware's dives."""
 
 import subprocess
 

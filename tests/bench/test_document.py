@@ -17,7 +17,7 @@ from bench import __main__ as command
 from bench import document
 from bench import stamp as stamps
 from bench.accuracy import section as accuracy
-from bench.accuracy import thrift
+from bench.accuracy import shorter_recordings
 from bench.accuracy.answers import answered
 from bench.accuracy.trials import Stated, Trial
 from bench.baselines import closed_form
@@ -364,24 +364,28 @@ def _dived(nu):
 
 
 def test_a_cell_is_the_rms_error_and_the_median_interval_of_those_that_answered():
-    cell = thrift.cell([110.0, 90.0], [11.0, NAN], 100.0)
-    assert cell == thrift.Cell(2, pytest.approx(0.1), pytest.approx(0.1))
+    cell = shorter_recordings.cell([110.0, 90.0], [11.0, NAN], 100.0)
+    assert cell == shorter_recordings.Cell(2, pytest.approx(0.1), pytest.approx(0.1))
 
 
-def test_the_thrift_says_how_long_the_hovering_campaign_is(tmp_path, monkeypatch):
+def test_the_page_of_shorter_recordings_says_how_long_the_hovering_campaign_is(tmp_path, monkeypatch):
     refused = {"value": {}, "half95": {}, "trim": [], "refusal": "short"}
     campaign = SimpleNamespace(truth={}, dive=SimpleNamespace(duration_s=700.4))
-    answers = dict.fromkeys(map(str, thrift.LENGTHS_S), refused)
-    monkeypatch.setattr(thrift, "dived", lambda *_: campaign)
-    monkeypatch.setattr(thrift, "NAMES", dict.fromkeys(thrift.NAMES, ()))
-    monkeypatch.setattr(thrift.Remembered, "fill", lambda _, jobs, __: dict.fromkeys(jobs, answers))
-    assert "hovering campaign is over after 700 s" in " ".join(thrift.page(tmp_path, (901,)).split())
+    answers = dict.fromkeys(map(str, shorter_recordings.LENGTHS_S), refused)
+    monkeypatch.setattr(shorter_recordings, "dived", lambda *_: campaign)
+    monkeypatch.setattr(shorter_recordings, "NAMES", dict.fromkeys(shorter_recordings.NAMES, ()))
+    monkeypatch.setattr(
+        shorter_recordings.Remembered, "fill", lambda _, jobs, __: dict.fromkeys(jobs, answers)
+    )
+    assert "hovering campaign is over after 700 s" in " ".join(
+        shorter_recordings.page(tmp_path, (901,)).split()
+    )
 
 
 def test_a_share_of_more_than_all_is_written_out_in_per_cent():
     shares = (0.0, 0.00047, 0.0994, 0.994, 0.996, 1.2, 25.0, math.inf, math.nan)
     assert [percent(share) for share in shares] == ["0", "0.047", "9.9", "99", "100", "120", "2500", "-", "-"]
-    assert thrift._words(thrift.Cell(3, 1.2, 0.996), 5) == "120 ±100 /3"
+    assert shorter_recordings._words(shorter_recordings.Cell(3, 1.2, 0.996), 5) == "120 ±100 /3"
 
 
 def test_a_parameter_settles_where_it_last_left_its_end():

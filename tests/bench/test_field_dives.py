@@ -13,7 +13,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bench.field import section
 from bench.field.autopilot import NEUTRAL, VelocityFilter, estimated, pulses, reckoned
 from bench.field.dive import STEP_S
-from bench.field.draw import NONE, draw, effects_of, felt, missing_wrench, stays_down
+from bench.field.draw import NONE, draw, effects_of, missing_wrench, stays_down, strength_of
 from bench.field.export import STATION, positions, telemetry_of, tlog_of
 from bench.field.planted_effects import PLANTS
 from bench.field.regressions import ForecastRow, Regressed, drifts_of, fly
@@ -159,7 +159,7 @@ def test_where_nothing_hides_the_true_model_explains_every_newton():
 @pytest.mark.parametrize("effect", PLANTS)
 def test_an_effect_of_middling_size_pushes(effect):
     drawn = case(effect)
-    assert felt(drawn.flown(0), drawn.sea.std).of_thrust.max() > 0.01
+    assert strength_of(drawn.flown(0), drawn.sea.std).of_thrust.max() > 0.01
     assert drawn.truth()["effect"] == [effect]
     assert (
         drawn.truth()["effect_parameters"].keys() == drawn.planted.parameters.keys()
@@ -173,7 +173,7 @@ def test_a_dive_that_ran_away_is_felt_without_end_and_no_pilot_goes_on_with_it()
     state = flown.ticks.state.copy()
     state[-10:] = np.nan
     away = replace(flown, ticks=flown.ticks._replace(state=state))
-    assert felt(away, case().sea.std).size == np.inf
+    assert strength_of(away, case().sea.std).size == np.inf
     assert not stays_down(away)
 
 

@@ -7,7 +7,7 @@ import pytest
 from bench import stamp
 from bench.mutants import section
 from bench.mutants.changes import Mutant, drawn, places
-from bench.mutants.nearest import nearest_tests
+from bench.mutants.nearest_tests import nearest_tests
 from bench.mutants.section import EACH, FOLDERS, ROOT, SEED
 from bench.mutants.trials import Checkout, Verdict, checkout
 from bench.remembered import Remembered

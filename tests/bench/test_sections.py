@@ -1,4 +1,4 @@
-"""Sections of the benchmark by themselves: the ladder, flying, the gap monitor, bags."""
+"""Sections of the benchmark page: the ladder of controllers, the flown plan, the station, the gap monitor, the bags."""
 
 import signal
 import subprocess
@@ -8,8 +8,10 @@ import numpy as np
 import pytest
 
 from bench.operation import station
-from bench.operation.flying import figures, words
-from bench.operation.gap_monitor import ONSETS, _words, onset_dive
+from bench.operation.flying import figures
+from bench.operation.flying import words as flying_page
+from bench.operation.gap_monitor import ONSETS, onset_dive
+from bench.operation.gap_monitor import words as gap_monitor_page
 from bench.speed.bags import BARE, DECODED, FORMS, MAP, OURS, hour, words_of
 from bench.tracking import ladder
 from bridge.errors import LinkError, LinkTimeout
@@ -47,21 +49,21 @@ def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
     }  # fmt: skip
     results = {f"{c} {n}": data for c in ("survey", "hovering") for n in range(3)}
     results["hovering 1"] = data | {"known_s": 90.0}
-    page = words(results)
+    page = flying_page(results)
     assert "| hovering | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in page
     assert "| survey | M_u | D_u |" in page
     assert "| flown | 0.3 | 1.2 |" in page
     assert "took 0.5 s on average" in " ".join(page.split())
     results["survey 1"] = data | {"known_s": float("nan")}
-    assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in words(results)
+    assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in flying_page(results)
     unknown = figures(800.0, {"M_u": 0.013, "D_u": 0.05}, Wanted(("M_u", "D_u"), 0.05), Outcome(), [0.5])
     results["survey 2"] = results["survey 1"] = unknown | {"whole_s": 120.0}
-    assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in words(results)
-    assert "| flown | - | - |" in words(results)
+    assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in flying_page(results)
+    assert "| flown | - | - |" in flying_page(results)
 
 
-def asleep(monkeypatch, tmp_path, program):
-    """A station whose vehicle and recorder are such programs, and these once it has failed."""
+def station_of(monkeypatch, tmp_path, program):
+    """A station whose vehicle and recorder both run `program` instead, and the list of the processes that it starts."""
     begun, popen = [], subprocess.Popen
 
     def begin(*_, **__):
@@ -74,7 +76,7 @@ def asleep(monkeypatch, tmp_path, program):
 
 
 def test_a_station_that_fails_ends_its_vehicle_and_its_recording(monkeypatch, tmp_path):
-    afloat, begun = asleep(monkeypatch, tmp_path, "import time; time.sleep(20.0)")
+    afloat, begun = station_of(monkeypatch, tmp_path, "import time; time.sleep(20.0)")
     monkeypatch.setattr(station, "held", lambda _: "recorded")
     with pytest.raises(LinkTimeout), afloat:
         raise LinkTimeout("not seen")
@@ -82,7 +84,7 @@ def test_a_station_that_fails_ends_its_vehicle_and_its_recording(monkeypatch, tm
 
 
 def test_a_recording_that_ends_before_it_began_is_not_waited_for(monkeypatch, tmp_path):
-    afloat, _ = asleep(monkeypatch, tmp_path, "raise SystemExit(3)")
+    afloat, _ = station_of(monkeypatch, tmp_path, "raise SystemExit(3)")
     with pytest.raises(LinkError, match="the recording ended with 3"), afloat:
         pass
 
@@ -112,35 +114,35 @@ def test_the_table_counts_what_was_found_in_time_and_every_false_alarm():
         "calm 0": {"hours": 0.5, "alarms": [100.0]},
         "calm 1": {"hours": 0.25, "alarms": []},
     }
-    page = _words(results)
+    page = gap_monitor_page(results)
     assert "| a tether snags, 0.5 to 3 N/m | 3 | 33% | 67% | 50 s | 50% |" in page
     assert "| a current of 0.05 to 0.2 m/s | 3 | 100% | 100% | 30 s | 100% |" in page
     flat = " ".join(page.split())
     assert "False alarms: 1 in 0.8 h of 2 whole missions without any effect, and 1 in the 45 minutes" in flat
 
 
-SECONDS = 3
+BAG_SECONDS = 3
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_a_bag_of_each_form_holds_every_sample_and_opens_as_a_dive(tmp_path, form):
-    bag, columns = hour(form, tmp_path, SECONDS), tmp_path / "map.yaml"
+    bag, columns = hour(form, tmp_path, BAG_SECONDS), tmp_path / "map.yaml"
     columns.write_text(MAP, encoding="utf-8")
     dive = read_dive(bag, columns)
     assert {name: len(signal) for name, signal in dive.signals().items()} == dict.fromkeys(
-        ("velocity", "gyro", "specific_force", "attitude", "pwm"), 100 * SECONDS
+        ("velocity", "gyro", "specific_force", "attitude", "pwm"), 100 * BAG_SECONDS
     )
-    assert dive.duration_s == pytest.approx(SECONDS - 0.01)
+    assert dive.duration_s == pytest.approx(BAG_SECONDS - 0.01)
     written = bag.stat().st_mtime_ns
-    assert hour(form, tmp_path, SECONDS).stat().st_mtime_ns == written
+    assert hour(form, tmp_path, BAG_SECONDS).stat().st_mtime_ns == written
 
 
 @pytest.mark.parametrize("form", FORMS)
 def test_a_bag_that_a_kill_cut_short_is_written_anew(tmp_path, form):
-    bag = hour(form, tmp_path, SECONDS)
+    bag = hour(form, tmp_path, BAG_SECONDS)
     (tmp_path / bag.relative_to(tmp_path).parts[0] / "whole").unlink()
     bag.write_bytes(b"a half")
-    assert hour(form, tmp_path, SECONDS).stat().st_size > 1000 * SECONDS
+    assert hour(form, tmp_path, BAG_SECONDS).stat().st_size > 1000 * BAG_SECONDS
 
 
 def measured(bare_s, ours_s):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.unknown import section
-from bench.unknown.grammar import MEMORIES, TIMINGS, Factor, Sentence, drawn, force_of, when
+from bench.unknown.grammar import MEMORIES, TIMINGS, Factor, Sentence, draw_sentence, envelope, force_of
 from bench.unknown.planted import left_of, likeness, planted, unknown_of
 from bench.unknown.trials import Judged
 from identify.challenge.case import draw_case
@@ -19,12 +19,12 @@ PLAIN = Sentence((0,), (1.0,), (), "none", 1.0, "steady", 0.0, 1.0, 0.0, 0.0, 7)
 
 
 def test_a_seed_draws_one_force_and_the_next_another() -> None:
-    force, same, other = (drawn(np.random.default_rng(seed), 8) for seed in (3, 3, 4))
+    force, same, other = (draw_sentence(np.random.default_rng(seed), 8) for seed in (3, 3, 4))
     assert force == same != other
 
 
 def test_every_word_of_the_grammar_is_drawn() -> None:
-    many = [drawn(np.random.default_rng(seed), 8) for seed in range(600)]
+    many = [draw_sentence(np.random.default_rng(seed), 8) for seed in range(600)]
     assert {force.memory for force in many} == set(MEMORIES)
     assert {force.timing for force in many} == set(TIMINGS)
     assert {force.rhythm for force in many} == {"none", "a period"}
@@ -59,19 +59,19 @@ def test_a_product_of_two_odd_factors_is_even() -> None:
     ],
 )
 def test_a_force_is_there_when_its_timing_says(timing, ends, there, gone) -> None:
-    force = when(replace(PLAIN, timing=timing, **ends), TIME_S)
+    force = envelope(replace(PLAIN, timing=timing, **ends), TIME_S)
     assert (force[(there[0] < TIME_S) & (there[1] > TIME_S)] == 1.0).all()
     assert not force[(gone[0] < TIME_S) & (gone[1] > TIME_S)].any()
 
 
 def test_a_rhythm_has_its_period() -> None:
-    there = when(replace(PLAIN, period_s=12.0, phase=0.4), TIME_S)
+    there = envelope(replace(PLAIN, period_s=12.0, phase=0.4), TIME_S)
     assert there == pytest.approx(np.sin(2 * math.pi * TIME_S / 12.0 + 0.4), abs=1e-9)
 
 
 def test_bursts_are_short_and_those_of_time_alone_go_both_ways() -> None:
-    alone = when(replace(PLAIN, timing="bursts"), TIME_S)
-    by_depth = when(replace(PLAIN, timing="bursts", factors=(Factor("depth", 0, True, 1.0),)), TIME_S)
+    alone = envelope(replace(PLAIN, timing="bursts"), TIME_S)
+    by_depth = envelope(replace(PLAIN, timing="bursts", factors=(Factor("depth", 0, True, 1.0),)), TIME_S)
     assert 0.02 < np.mean(alone != 0) < 0.5
     assert alone.min() < -0.9
     assert alone.max() > 0.9
@@ -80,12 +80,12 @@ def test_bursts_are_short_and_those_of_time_alone_go_both_ways() -> None:
 
 def test_a_slow_drift_is_a_random_walk_of_its_own_seed() -> None:
     walk = replace(PLAIN, timing="slow drift")
-    there = when(walk, TIME_S)
+    there = envelope(walk, TIME_S)
     steps = np.diff(there)
     assert np.sqrt(np.mean(there**2)) == pytest.approx(1.0)
     assert abs(np.corrcoef(steps[1:], steps[:-1])[0, 1]) < 0.1
-    assert (when(walk, TIME_S) == there).all()
-    assert not np.allclose(when(replace(walk, seed=8), TIME_S), there)
+    assert (envelope(walk, TIME_S) == there).all()
+    assert not np.allclose(envelope(replace(walk, seed=8), TIME_S), there)
 
 
 def test_a_sentence_becomes_the_force_that_it_says() -> None:

@@ -1,4 +1,4 @@
-"""The image is built and run, and answers as BlueOS and a browser ask it: where a container engine is at hand."""
+"""Builds and runs the container image, and asks it as BlueOS and a browser do; needs Docker or Podman."""
 
 import json
 import os

@@ -40,7 +40,7 @@ def test_where_nothing_hides_there_is_no_gap(seed):
 )
 def test_an_effect_that_hides_is_named_first(seed, name):
     result = judged(seed, name)
-    assert result.first()
+    assert result.named_first()
     assert result.verdict != "no_gap"
 
 

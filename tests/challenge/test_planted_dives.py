@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import check_of, dive_of, draw_case
+from identify.challenge.equations_of_motion import STATES
 from identify.challenge.nearest_parameters import missing_velocity, missing_wrench, nominal_columns
 from identify.challenge.novel_effects import NOVEL
 from identify.challenge.planted_effects import PLANTS
@@ -32,8 +33,7 @@ from identify.challenge.scenario import (
     shape_of,
     signal_of,
 )
-from identify.challenge.seal import tlog_of
-from identify.challenge.world import STATES
+from identify.challenge.tlog import tlog_of
 from identify.effects.library import library
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
@@ -163,7 +163,9 @@ def test_a_dvl_off_its_place_reads_in_each_axis_what_the_turning_adds_there():
 
     def dived(arm):
         def apply(scenario, _):
-            scenario.faults = scenario.faults._replace(arm=scenario.faults.arm + arm, unseen=1)
+            scenario.faults = scenario.faults._replace(
+                dvl_arm=scenario.faults.dvl_arm + arm, feedback_unlogged=1
+            )
 
         simulated = replace(case, planted=(Planted("dvl_lever_arm", {}, apply, 1.0),)).simulated(0)[1]
         return simulated.dive, simulated.ticks.state[:, 10:13]
@@ -192,7 +194,7 @@ def test_an_accelerometer_reads_the_weight_by_the_hull_s_tilt_beside_its_motion(
 
 def test_a_tilted_accelerometer_is_turned_and_not_stretched():
     case = draw_case(NEAREST_SEED, names=["imu_gravity_leak"], size=1.0, seconds=20.0)
-    tilt, angles = case.simulated(0)[0].faults.tilt, parameters_of(case)
+    tilt, angles = case.simulated(0)[0].faults.accelerometer_tilt, parameters_of(case)
     assert tilt @ tilt.T == pytest.approx(np.eye(3), abs=1e-12)
     assert (tilt @ [0.0, 0.0, -1.0])[:2] == pytest.approx([angles["pitch"], -angles["roll"]], rel=1e-3)
 
@@ -364,7 +366,7 @@ def test_a_current_that_comes_and_goes_is_told_by_the_sine_of_its_power():
 def test_waves_are_told_by_the_force_on_the_vehicle_as_it_turns_in_them():
     case = drawn("waves")
     scenario, simulated = case.simulated(0)
-    at, state = case.setup.clock.tick, simulated.ticks.state
+    at, state = case.setup.periods.tick, simulated.ticks.state
     water = scenario.moving_water()[::at][: len(state)]
     to_body = Rotation.from_quat(state[:, [4, 5, 6, 3]]).inv()
     speed, rate = to_body.apply(water[:, 6:9]), to_body.apply(water[:, 9:12])

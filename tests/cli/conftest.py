@@ -1,4 +1,4 @@
-"""Command lines that are refused: a clear sentence, an exit code, no traceback."""
+"""Running a command line that must be refused: one sentence, an exit code and no traceback."""
 
 import pytest
 
@@ -8,7 +8,7 @@ from tui import cli
 
 @pytest.fixture
 def refused(capsys):
-    """Run a command line that must fail: what it says, on one line."""
+    """Runs a command line that must fail with `code`, and returns its error message, on one line."""
 
     def run(*line, code=exit_codes.BAD_INPUT):
         capsys.readouterr()

@@ -1,4 +1,4 @@
-"""A fake vehicle at the end of any link, and a ground that can be killed."""
+"""A fake vehicle behind whatever link a command opens, and the death of the command as it sends a message."""
 
 from contextlib import contextmanager
 
@@ -26,7 +26,10 @@ class GroundKilledError(BaseException):
 
 @contextmanager
 def dying_at(vehicle, message, kinds=()):
-    """Meanwhile the ground dies as it sends that many messages, of these kinds or of any; yields what it sent."""
+    """Within the block, the ground dies as it sends its `message`-th message of these kinds, or of any.
+
+    Yields the list of the kinds that it sent.
+    """
     write, sent = vehicle.write, []
 
     def dies(data):

@@ -13,7 +13,7 @@ from bridge import exit_codes
 from bridge.reports import UNKEPT
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.estimators.table import estimator
 from identify.ingest.open import read_dive
 from identify.report.page import Report

@@ -18,7 +18,7 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.sidecar import read_sidecar
 from identify.challenge.case import check_of, dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
 from identify.diagnose.simulators import comparison as compared_by

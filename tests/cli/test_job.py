@@ -11,7 +11,7 @@ from soak import rest_in_soak
 from bridge import exit_codes
 from bridge.reports import FORM, VARIABLE, Report, Written, line, read
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from tui import show
 from tui.app.jobs import Jobs, work
 

@@ -19,7 +19,7 @@ from bridge.vehicle.config import load_vehicle
 from gcs_plugin.params.receipt import Receipt
 from gcs_plugin.params.transfer import Outcome as Applied
 from gcs_plugin.recording.recorder import DiveCounts
-from identify.checks.fit.missing_forces import too_little
+from identify.checks.fit.missing_forces import why_not_identifiable
 from identify.dive import Dive
 from identify.doubt import Outcome
 from identify.estimators.comparison import compare
@@ -277,7 +277,7 @@ def test_tables_of_the_verbs_fit_80_columns_and_none_is_cut(row, monkeypatch, ca
 def test_an_error_in_the_table_is_the_one_that_the_reason_names(capsys):
     """Where the likelihood falls slowly on one side, that side decides."""
     low, high = 15.5 * math.exp(-1.96 * 0.3), 15.5 * math.exp(1.96 * 0.74)
-    reason = too_little("I_q", "pitch", 0.74, 0.0, 15.5, "")
+    reason = why_not_identifiable("I_q", "pitch", 0.74, 0.0, 15.5, "")
     loose = estimate("I_q", 15.5, 0.18 * 15.5, low, high, reason)
     answer = identification()
     others = tuple(replace(p, identifiable=True, reason="") for p in answer.parameters if p.name != "I_q")

@@ -13,7 +13,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from identify.challenge.case import check_of, dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.diagnose import diagnose as module
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.recording import (

@@ -15,7 +15,7 @@ from bridge.vehicle.coefficients import QUADRATIC_NAMES
 from bridge.vehicle.config import Configuration, Prior, load_vehicle
 from bridge.vehicle.parameters import vehicle_table
 from identify.challenge.case import dive_of, draw_case
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.diagnose.result import Value
 from identify.export.model import model_of
 from identify.run.diagnose import LEAST_DRAG, contradicted, published

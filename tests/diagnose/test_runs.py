@@ -12,7 +12,7 @@ from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Water
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.sensors.descent import descent
-from identify.checks.sensors.scales import within_runs
+from identify.checks.sensors.windows import within_runs
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.filters.innovations import autoregressions_of
 from identify.diagnose.filters.regression import pieces_of, regression_of

@@ -12,7 +12,7 @@ import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bench.ardusub import firmware
-from bench.ardusub.firmware import SETTINGS, SPEEDUP, WHY_NOT, Stepped
+from bench.ardusub.firmware import SETTINGS, SPEEDUP, WHY_NOT, SteppedFirmware
 from bridge.clock import SystemClock
 from bridge.simulator.json_plant import STEP_HZ, json_body
 from bridge.simulator.truth import load_truth
@@ -20,15 +20,15 @@ from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 
 
-def binary():
+def firmware_path():
     """The firmware; a test that needs it is skipped where none is named."""
-    path = firmware.binary()
+    path = firmware.firmware_path()
     if path is None:
         pytest.skip(WHY_NOT)
     return path
 
 
-class Firmware(Stepped):
+class Firmware(SteppedFirmware):
     """`ardusub --model JSON` in `folder`, with its own parameters; `settings` adds to SETTINGS.
 
     Scripts get their turns at a body of finer steps, on a loaded computer at a small `speedup` too. `files` are in the
@@ -41,7 +41,7 @@ class Firmware(Stepped):
         self, folder, vehicle="bluerov2", settings=None, planted=None, depth_m=5.0, first_output=1, files=None,
         speedup=SPEEDUP, step_hz=STEP_HZ,
     ):  # fmt: skip
-        path = binary()
+        path = firmware_path()
         for name, text in (files or {}).items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text, encoding="utf-8")

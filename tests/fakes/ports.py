@@ -1,4 +1,4 @@
-"""Ports of this computer: one of the network that nobody holds, and a serial one with a device behind it."""
+"""Ports for tests: a free network port of this computer, and a serial port with a device behind it (a pty)."""
 
 import os
 import pty
@@ -9,6 +9,7 @@ from bridge.links.descriptor import DescriptorLink
 
 
 def free_port(kind=socket.SOCK_STREAM):
+    """Number of a port that nobody holds now; `kind`: SOCK_STREAM for TCP, SOCK_DGRAM for UDP."""
     with socket.socket(type=kind) as probe:
         probe.bind(("127.0.0.1", 0))
         return probe.getsockname()[1]

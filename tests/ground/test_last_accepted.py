@@ -1,4 +1,4 @@
-"""The values last accepted, read from the files of uploads and roll backs."""
+"""The parameter values that a crew accepted last, read from the receipts of uploads and roll backs."""
 
 import dataclasses
 import json

@@ -1,4 +1,4 @@
-"""Tables of text in the forms in which people have them."""
+"""Tables of text are read in all the forms that people bring: separators, decimal commas, units, damage."""
 
 import gzip
 
@@ -13,12 +13,14 @@ MAP = "time: {column: t}\ndepth: {columns: [z], unit: m}\n"
 
 
 def text_table(path):
+    """The only stream of a table, and its notes."""
     recorded = read_table(path)
     (stream,) = recorded.streams
     return stream, recorded.notes
 
 
-def of(tmp_path, text, name="dive.csv"):
+def written(tmp_path, text, name="dive.csv"):
+    """A file with this text, or these bytes."""
     path = tmp_path / name
     path.write_bytes(text if isinstance(text, bytes) else text.encode())
     return path
@@ -49,7 +51,7 @@ def dive_of(tmp_path, text, columns=MAP):
     ],
 )
 def test_every_usual_form_gives_the_same_numbers(tmp_path, text, name):
-    stream, _ = text_table(of(tmp_path, text, name))
+    stream, _ = text_table(written(tmp_path, text, name))
     assert stream.name == ""
     assert stream.columns["t"].tolist() == [0.0, 1.0]
     assert stream.columns["z"].tolist() == [1.5, 2.25]
@@ -59,7 +61,7 @@ def test_every_usual_form_gives_the_same_numbers(tmp_path, text, name):
 @pytest.mark.parametrize("separator", [";", "\t"])
 def test_numbers_with_decimal_commas_may_begin_with_whole_ones_as_of_a_vehicle_at_rest(tmp_path, separator):
     rows = ["t;z", *(f"{k};0" for k in range(50)), *(f"{50 + k};{k},5" for k in range(50))]
-    stream, _ = text_table(of(tmp_path, "\n".join(rows).replace(";", separator)))
+    stream, _ = text_table(written(tmp_path, "\n".join(rows).replace(";", separator)))
     assert stream.columns["t"].tolist() == list(range(100))
     assert stream.columns["z"].tolist() == [0.0] * 50 + [k + 0.5 for k in range(50)]
 
@@ -67,13 +69,13 @@ def test_numbers_with_decimal_commas_may_begin_with_whole_ones_as_of_a_vehicle_a
 def test_a_table_in_gzip_and_one_in_the_wide_text_of_a_spreadsheet_are_read(tmp_path):
     plain = "t,z\n0,1.5\n"
     for data in (gzip.compress(plain.encode()), plain.encode("utf-16")):
-        stream, notes = text_table(of(tmp_path, data, "a.csv.gz"))
+        stream, notes = text_table(written(tmp_path, data, "a.csv.gz"))
         assert stream.columns["z"].tolist() == [1.5]
         assert notes == ()
 
 
 def test_a_degree_sign_in_the_old_code_of_a_spreadsheet_is_kept(tmp_path):
-    stream, _ = text_table(of(tmp_path, "t;heading [°]\n0;90,5\n".encode("cp1252")))
+    stream, _ = text_table(written(tmp_path, "t;heading [°]\n0;90,5\n".encode("cp1252")))
     assert stream.columns["heading [°]"].tolist() == [90.5]
 
 
@@ -82,19 +84,19 @@ def test_a_degree_sign_in_the_old_code_of_a_spreadsheet_is_kept(tmp_path):
     ["t [s],u [m/s]\n0,1\n", "t [s]  u [m/s]\n0  1\n", "t,u\ns,m/s\n0,1\n", "t;u\n[s];(m/s)\n0;1\n"],
 )
 def test_units_stay_in_the_names_or_join_them_from_a_line_of_their_own(tmp_path, text):
-    stream, _ = text_table(of(tmp_path, text))
+    stream, _ = text_table(written(tmp_path, text))
     assert list(stream.columns) == ["t [s]", "u [m/s]"]
     assert stream.columns["u [m/s]"].tolist() == [1.0]
 
 
 def test_a_table_without_names_is_named_by_numbers_and_says_so(tmp_path):
-    stream, notes = text_table(of(tmp_path, "0 1.5\n1 2.25\n"))
+    stream, notes = text_table(written(tmp_path, "0 1.5\n1 2.25\n"))
     assert list(stream.columns) == ["1", "2"]
     assert notes == ("The table has no line of names: its columns are named by their numbers, 1 to 2.",)
 
 
 def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path):
-    stream, _ = text_table(of(tmp_path, ",z,z\n0,1,2\n"))
+    stream, _ = text_table(written(tmp_path, ",z,z\n0,1,2\n"))
     assert {name: column.tolist() for name, column in stream.columns.items()} == {
         "column 1": [0.0],
         "z": [1.0],
@@ -104,7 +106,7 @@ def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path):
 
 def test_a_column_of_words_is_kept_as_words_and_refuses_no_file_that_does_not_use_it(tmp_path):
     text = 't,state,z\n0,"idle, dry",1\n1,armed,2\n'
-    stream, _ = text_table(of(tmp_path, text))
+    stream, _ = text_table(written(tmp_path, text))
     assert stream.text == {"state": ("idle, dry", "armed")}
     assert dive_of(tmp_path, text).depth.value[:, 0].tolist() == [1.0, 2.0]
     with pytest.raises(LogError, match="row 2 holds 'idle, dry', which is no number"):
@@ -112,14 +114,14 @@ def test_a_column_of_words_is_kept_as_words_and_refuses_no_file_that_does_not_us
 
 
 def test_true_and_false_are_numbers_and_missing_words_are_unknown(tmp_path):
-    stream, _ = text_table(of(tmp_path, "t,on,z\n0,True,N/A\n1,FALSE,null\n2,true,3\n"))
+    stream, _ = text_table(written(tmp_path, "t,on,z\n0,True,N/A\n1,FALSE,null\n2,true,3\n"))
     assert stream.columns["on"].tolist() == [1.0, 0.0, 1.0]
     assert np.isnan(stream.columns["z"][:2]).all()
     assert stream.columns["z"][2] == 3.0
 
 
 def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path):
-    table = read_table(of(tmp_path, "t,z\n0,\n1,nan\n2,5\n"))
+    table = read_table(written(tmp_path, "t,z\n0,\n1,nan\n2,5\n"))
     assert np.isnan(table.streams[0].columns["z"][:2]).all()
     assert table.empty["z"].tolist() == [True, False, False]
     assert "t" not in table.empty
@@ -135,7 +137,7 @@ def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path):
 def test_a_bad_line_in_a_thousand_is_left_out_with_its_number(tmp_path, bad, said):
     lines = [f"{k},1" for k in range(2000)]
     lines[700] = bad
-    table = read_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
+    table = read_table(written(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
     assert table.notes == (said,)
     assert len(table.streams[0].columns["t"]) == 1999
     assert 700.0 not in table.streams[0].columns["t"]
@@ -149,12 +151,12 @@ def test_more_bad_lines_than_one_in_a_thousand_refuse_the_file_with_the_first(tm
     with pytest.raises(
         LogError, match="row 702 has 3 cells, the first line names 2; and 2 more rows are bad"
     ):
-        text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
+        text_table(written(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
 
 
 def test_a_word_that_stands_rarely_in_an_empty_column_costs_no_row(tmp_path):
     lines = [f"{k},{'mark' if k == 500 else ''}" for k in range(3000)]
-    stream, notes = text_table(of(tmp_path, "t,event\n" + "\n".join(lines) + "\n"))
+    stream, notes = text_table(written(tmp_path, "t,event\n" + "\n".join(lines) + "\n"))
     assert len(stream.columns["t"]) == 3000
     assert stream.text["event"][500] == "mark"
     assert notes == ()
@@ -171,18 +173,18 @@ def test_a_row_with_an_impossible_time_is_left_out_and_named(tmp_path, at):
 
 def test_zero_bytes_after_a_loss_of_power_cost_the_row_in_which_they_stand(tmp_path):
     lines = [f"{k},{k / 2}" for k in range(3000)]
-    stream, notes = text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n" + 500 * "\0"))
+    stream, notes = text_table(written(tmp_path, "t,z\n" + "\n".join(lines) + "\n" + 500 * "\0"))
     assert stream.columns["t"].tolist() == list(range(3000))
     assert notes == ("The last row is cut off and was left out.",)
     lines[1500] = "1500,\0\0"
-    stream, notes = text_table(of(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
+    stream, notes = text_table(written(tmp_path, "t,z\n" + "\n".join(lines) + "\n"))
     assert stream.columns["z"].tolist() == [k / 2 for k in range(3000) if k != 1500]
     assert notes == ("Row 1502 holds '??', which is no number: it was left out.",)
 
 
 def test_a_zero_byte_that_a_serial_line_garbled_near_the_beginning_refuses_no_table(tmp_path):
     lines = ["1,AB,0.1", '2,"C\0",0.2', *(f"{k},BI,{k / 10}" for k in range(3, 200))]
-    stream, notes = text_table(of(tmp_path, "t,kind,z\n" + "\n".join(lines) + "\n"))
+    stream, notes = text_table(written(tmp_path, "t,kind,z\n" + "\n".join(lines) + "\n"))
     assert stream.columns["z"] == pytest.approx(np.arange(1, 200) / 10)
     assert stream.text["kind"][:3] == ("AB", "C\0", "BI")
     assert notes == ()
@@ -190,14 +192,14 @@ def test_a_zero_byte_that_a_serial_line_garbled_near_the_beginning_refuses_no_ta
 
 def test_bytes_are_no_table(tmp_path):
     with pytest.raises(LogError, match="is no table of text"):
-        text_table(of(tmp_path, bytes(range(256))))
+        text_table(written(tmp_path, bytes(range(256))))
 
 
 def test_numbers_over_many_parts_of_a_long_table_are_exact(tmp_path):
     value = np.round(np.random.default_rng(0).normal(size=120_000), 6)
     rows = [f"{k},{v}" for k, v in enumerate(value.tolist())]
     rows[70_000] = "70000,"
-    stream, notes = text_table(of(tmp_path, "t,z\n" + "\n".join(rows) + "\n"))
+    stream, notes = text_table(written(tmp_path, "t,z\n" + "\n".join(rows) + "\n"))
     known = np.arange(len(value)) != 70_000
     assert np.array_equal(stream.columns["t"], np.arange(len(value)))
     assert np.array_equal(stream.columns["z"][known], value[known])
@@ -207,6 +209,6 @@ def test_numbers_over_many_parts_of_a_long_table_are_exact(tmp_path):
 
 def test_a_separator_within_quotes_shifts_no_column_in_any_part_of_a_long_table(tmp_path):
     rows = [f'{k},"a,5,7",{k}.5' for k in range(60_000)]
-    stream, _ = text_table(of(tmp_path, "t,what,z\n" + "\n".join(rows) + "\n"))
+    stream, _ = text_table(written(tmp_path, "t,what,z\n" + "\n".join(rows) + "\n"))
     assert np.array_equal(stream.columns["z"], stream.columns["t"] + 0.5)
     assert set(stream.text["what"]) == {"a,5,7"}

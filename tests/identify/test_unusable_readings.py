@@ -1,4 +1,4 @@
-"""Readings that stand still, repeat, are no number or are mostly noise: left out or doubted."""
+"""Unusable readings are left out or doubted: NaN commands, frozen or repeated readings, flips, loud noise."""
 
 from dataclasses import replace
 from functools import cache
@@ -15,7 +15,7 @@ from bench.missions.mission import draw_one
 from bridge.errors import FitError
 from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
-from identify.challenge.seal import tlog_of
+from identify.challenge.tlog import tlog_of
 from identify.checks.actuation.controller import frozen_doubts
 from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
 from identify.checks.readings.copies import without_copies
@@ -38,7 +38,7 @@ from identify.thrust.wrench import wrench
 FILE = closed_loop.vehicle_file()
 
 
-def by_pulses(seconds=200.0):
+def dive_by_pulses(seconds=200.0):
     """The closed loop with its thrust as pulse widths of one thruster, and no wrench recorded."""
     whole = closed_loop.dive(np.random.default_rng(100_003), seconds=seconds)
     force = whole.tau_cmd.value[:, :1]
@@ -49,15 +49,15 @@ def by_pulses(seconds=200.0):
     return replace(whole, tau_cmd=None, pwm=Signal(whole.tau_cmd.time_s, us[:, None]))
 
 
-def unknown(dive, lacking):
+def with_unknown_commands(dive, lacking):
     value = dive.pwm.value.copy()
     value[lacking] = np.nan
     return replace(dive, pwm=Signal(dive.pwm.time_s, value))
 
 
 def test_a_few_commands_that_are_no_number_leave_the_mass_right_and_are_told():
-    dive = by_pulses()
-    spoilt = unknown(dive, np.random.default_rng(4).random(len(dive.pwm)) < 0.02)
+    dive = dive_by_pulses()
+    spoilt = with_unknown_commands(dive, np.random.default_rng(4).random(len(dive.pwm)) < 0.02)
     cleaned = with_known_commands(spoilt)
     assert np.isfinite(cleaned.pwm.value).all()
     assert cleaned.duration_s == spoilt.duration_s
@@ -68,9 +68,9 @@ def test_a_few_commands_that_are_no_number_leave_the_mass_right_and_are_told():
 
 
 def test_an_unknown_stretch_leaves_the_longest_known_part():
-    dive = by_pulses()
+    dive = dive_by_pulses()
     time_s = dive.pwm.time_s
-    cleaned = with_known_commands(unknown(dive, (time_s > 79.95) & (time_s < 85.0)))
+    cleaned = with_known_commands(with_unknown_commands(dive, (time_s > 79.95) & (time_s < 85.0)))
     assert np.isfinite(cleaned.pwm.value).all()
     assert cleaned.span_s[0] == pytest.approx(85.0)
     assert cleaned.notes[-1].startswith(
@@ -80,8 +80,8 @@ def test_an_unknown_stretch_leaves_the_longest_known_part():
 
 
 def test_an_output_that_is_no_number_all_the_dive_is_named_and_nothing_is_cut():
-    dive = by_pulses()
-    never = unknown(dive, np.ones(len(dive.pwm), bool))
+    dive = dive_by_pulses()
+    never = with_unknown_commands(dive, np.ones(len(dive.pwm), bool))
     cleaned = with_known_commands(never)
     assert cleaned.notes == ("Output 1 is no number all the dive: what was asked of a thruster is unknown.",)
     assert cleaned.duration_s == never.duration_s
@@ -92,7 +92,7 @@ def test_an_output_that_is_no_number_all_the_dive_is_named_and_nothing_is_cut():
 
 
 def test_outputs_that_drive_no_thruster_may_be_unknown():
-    dive = by_pulses()
+    dive = dive_by_pulses()
     light = np.column_stack([dive.pwm.value, np.full(len(dive.pwm), np.nan)])
     recorded = replace(dive, pwm=Signal(dive.pwm.time_s, light))
     assert with_known_commands(recorded, 1) is recorded
@@ -119,14 +119,14 @@ def test_one_reading_that_no_vehicle_can_have_made_is_left_out_and_told(wild):
 
 
 def test_an_output_that_says_that_it_is_none_is_unknown():
-    dive = by_pulses()
+    dive = dive_by_pulses()
     value = dive.pwm.value.copy()
     value[3] = 65535.0
     assert np.isnan(without_impossible(replace(dive, pwm=Signal(dive.pwm.time_s, value))).pwm.value[3, 0])
 
 
 def test_an_honest_dive_is_left_as_it_is():
-    dive = by_pulses()
+    dive = dive_by_pulses()
     assert with_known_commands(without_impossible(dive)) is dive
 
 

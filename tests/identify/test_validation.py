@@ -10,7 +10,7 @@ import pytest
 
 from bridge.vehicle.references import DoubleS
 from identify.dive import Dive, Signal
-from identify.validation.tracking import PHASES, compare, phases, tracking_errors, with_slopes
+from identify.validation.tracking import PHASES, compare, phases, tracking_errors, with_reference_rates
 from identify.validation.tracking_curves import Followed, followed
 
 RATE_HZ = 20.0
@@ -85,11 +85,11 @@ def test_of_a_reference_that_states_no_derivative_the_phases_are_those_of_its_di
     value[:, 6] = np.nan
     stated, by_differences = (
         phases(each.nu_ref.value[:, 0], each.nu_ref.value[:, 6])
-        for each in (whole, with_slopes(replace(whole, nu_ref=Signal(whole.nu_ref.time_s, value))))
+        for each in (whole, with_reference_rates(replace(whole, nu_ref=Signal(whole.nu_ref.time_s, value))))
     )
     for name in ("acceleration", "steady", "deceleration"):
         assert np.count_nonzero(getattr(stated, name) ^ getattr(by_differences, name)) <= 4
-    assert with_slopes(whole) is whole
+    assert with_reference_rates(whole) is whole
 
 
 def test_phases_follow_the_reference_derivative():

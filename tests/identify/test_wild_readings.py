@@ -23,7 +23,7 @@ def left_out(dive):
     return problem.axis.time_s[dropped]
 
 
-def hit(push_n, seconds):
+def pushed(push_n, seconds):
     """A dive of a hull that something pushes three times."""
 
     def push(time_s, _thrust_n):
@@ -58,11 +58,11 @@ def test_a_spike_at_the_very_end_is_left_out():
 
 @pytest.mark.parametrize(("push_n", "seconds"), [(60.0, 1.0), (60.0, 0.3), (400.0, 0.1), (1000.0, 0.1)])
 def test_a_motion_that_the_model_lacks_is_kept_however_short(push_n, seconds):
-    assert len(left_out(hit(push_n, seconds))) == 0
+    assert len(left_out(pushed(push_n, seconds))) == 0
 
 
 def test_spikes_in_a_dive_with_such_a_motion_are_left_out_all_the_same():
-    spiky, spikes_s = with_spikes(hit(60.0, 1.0), 500, 1.0)
+    spiky, spikes_s = with_spikes(pushed(60.0, 1.0), 500, 1.0)
     np.testing.assert_allclose(left_out(spiky), spikes_s)
 
 

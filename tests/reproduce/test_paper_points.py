@@ -1,4 +1,4 @@
-"""The paper's arithmetic: coupling, measures of a validation dive, points as printed."""
+"""The points at which the paper's numbers are checked: the arithmetic of each, and that it gives what it prints."""
 
 import math
 import re

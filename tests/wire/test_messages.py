@@ -1,4 +1,4 @@
-"""Every signal of the telemetry contract, to the extremes of each field."""
+"""Each signal of the telemetry contract goes into its MAVLink message and comes back, to the extremes of each field."""
 
 import math
 import struct
@@ -17,13 +17,12 @@ from bridge.sensors.samples import DvlSample, GnssSample, ImuSample
 from bridge.vehicle.autopilot import Actuation
 from bridge.vehicle.references import Reference
 from bridge.wire.framing import Encoder, Framer
-from bridge.wire.framing import decode as framing_decode
-from bridge.wire.framing import decode as pymavlink_decode
+from bridge.wire.framing import decode as message_of
 from bridge.wire.readings import TABLE, Reading, decode, encode
 from bridge.wire.tlog import read_tlog
 from identify.ingest.mavlink.frames import Fields, Frames
 
-SHARED = Path(__file__).resolve().parents[2].parent / "shared"
+SHARED = Path(__file__).resolve().parents[3] / "shared"
 NAN = math.nan
 
 number = st.floats(-1e4, 1e4, width=32)
@@ -32,7 +31,7 @@ small = st.integers(0, 30000).map(lambda n: n / 100)
 sigma = st.sampled_from((0.0, 0.25, 0.5, NAN))
 fix = st.sampled_from((2.0, 3.0, 4.0))
 course = st.just(NAN) | st.integers(0, 35999).map(lambda c: math.radians(c / 100))
-seen = st.just(NAN) | st.integers(0, 40).map(float)
+satellites = st.just(NAN) | st.integers(0, 40).map(float)
 
 
 def numbers(n):
@@ -58,7 +57,7 @@ VALUES: dict[str, st.SearchStrategy[tuple[float, ...]]] = {
     "veh_cfg": numbers(1),
     "battery": st.tuples(st.just(NAN) | small.map(lambda v: v / 10), st.just(NAN) | small),
     "gnss": st.tuples(
-        fix, st.just(45.4408), st.just(12.3155), small, small.map(lambda s: s + 1), small, course, seen
+        fix, st.just(45.4408), st.just(12.3155), small, small.map(lambda s: s + 1), small, course, satellites
     ),
     "alive": st.tuples(st.sampled_from((0.0, 1.0)), st.just(12.0), st.just(0.0)),
     "clock": st.integers(1_700_000_000, 1_900_000_000).map(lambda t: (float(t),)),
@@ -66,9 +65,9 @@ VALUES: dict[str, st.SearchStrategy[tuple[float, ...]]] = {
 
 
 def over_the_wire(reading):
-    """The reading as it comes back, and the fields that pymavlink sees."""
+    """The reading as it comes back from its frame, and the fields of the pymavlink message."""
     (frame,) = Framer().feed(Encoder(1, 1).frame(*encode(reading)))
-    message = pymavlink_decode(frame)
+    message = message_of(frame)
     return decode(frame), message.to_dict()
 
 
@@ -92,7 +91,7 @@ def test_what_is_encoded_is_decoded_as_float32_and_has_the_bytes_that_pymavlink_
     assert reading.signal == row.name
     assert reading.time_s == time_s or (math.isnan(reading.time_s) and row.name in ("battery", "alive"))
     assert all(same(a, b) for a, b in zip(reading.values, values, strict=True))
-    message = pymavlink_decode(frame)
+    message = message_of(frame)
     # Its objects cut char fields to text when they decode, so the name goes back in as bytes.
     fields = [getattr(message, name) for name in message.fieldnames]
     fields = [f.encode() if isinstance(f, str) else f for f in fields]
@@ -111,7 +110,7 @@ def test_the_imu_is_highres_imu_0_with_force_rates_and_temperature():
     assert (m["xgyro"], m["ygyro"], m["zgyro"], m["temperature"]) == (0.125, 0.0625, 1.0, 18.5)
 
 
-def test_the_gyro_is_highres_imu_1_with_its_yaw_rate_alone():
+def test_the_fog_is_highres_imu_1_with_its_yaw_rate_alone():
     _, m = over_the_wire(Reading("fog", 2.0, (0.5,)))
     assert (m["id"], m["zgyro"], m["xgyro"], m["fields_updated"]) == (1, 0.5, 0.0, 32)
 
@@ -236,7 +235,7 @@ FLOATS = st.sampled_from((math.nan, math.inf, -math.inf, 0.0, -0.0, FLOAT32_MAX,
 PRINTED = st.characters(min_codepoint=0x20, max_codepoint=0x7E)
 
 
-def kind_of(name):
+def message_class(name):
     return getattr(dialect, f"MAVLink_{name.lower()}_message")
 
 
@@ -253,7 +252,7 @@ def value_of(wire, count):
 
 
 def values_of(name):
-    kind = kind_of(name)
+    kind = message_class(name)
     counts = dict(zip(kind.ordered_fieldnames, kind.array_lengths, strict=True))
     wires = zip(kind.fieldnames, kind.fieldtypes, strict=True)
     return st.tuples(*[value_of(wire, counts[field]) for field, wire in wires])
@@ -272,14 +271,15 @@ def exact(value):
     return int(value)
 
 
-def is_read_to_the_bit(name, data):
+def check_that_it_is_read_to_the_bit(name, data):
     values = data.draw(values_of(name))
-    kind = kind_of(name)
+    kind = message_class(name)
     raw = bytes(kind(*values).pack(dialect.MAVLink(None, srcSystem=1, srcComponent=191)))
     framer = Framer()
     (frame,) = framer.feed(raw) or framer.flush()
-    message = framing_decode(frame)
+    message = message_of(frame)
     assert exact([getattr(message, field) for field in kind.fieldnames]) == exact(values)
+    # Where the payload begins, its length, system, component and message of the frame.
     places = [np.array([number]) for number in (10, raw[1], 1, 191, kind.id)]
     frames = Frames(np.frombuffer(raw, np.uint8), np.zeros(1), *places, counts={})
     fields = Fields(frames, name, frames.rows(name))
@@ -290,7 +290,7 @@ def is_read_to_the_bit(name, data):
 @settings(max_examples=20)
 @given(data=st.data())
 def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
-    is_read_to_the_bit(name, data)
+    check_that_it_is_read_to_the_bit(name, data)
 
 
 @pytest.mark.soak
@@ -298,4 +298,4 @@ def test_what_pymavlink_writes_we_read_to_the_bit(name, data):
 @settings(max_examples=1000)
 @given(data=st.data())
 def test_whatever_pymavlink_writes_we_read_to_the_bit(name, data):
-    is_read_to_the_bit(name, data)
+    check_that_it_is_read_to_the_bit(name, data)

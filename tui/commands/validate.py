@@ -28,9 +28,9 @@ from identify.validation.against_forecast import (
 )
 from identify.validation.raising import BASELINE, MARKS, Raising
 from identify.validation.tracking import (
-    AXES,
     LEAST_SPEED,
     METHOD,
+    TRACKED_DOFS,
     Row,
     TrackingErrors,
     measured_speed,
@@ -208,7 +208,7 @@ def _why_nothing(dive: Dive) -> str:
         return "has no reference (NU_REF), so nothing to compare with; record the dive of a mission"
     if dive.velocity is None and dive.gyro is None and dive.fog is None:
         return "has neither velocity nor rates, so nothing to compare; record the DVL or a gyro"
-    unmeasured = [dof for dof in AXES if _moves(dive.nu_ref, dof) and not _is_measured(dive, dof)]
+    unmeasured = [dof for dof in TRACKED_DOFS if _moves(dive.nu_ref, dof) and not _is_measured(dive, dof)]
     if unmeasured:
         return (
             f"its reference (NU_REF) moves in {axes_named(unmeasured)}, where no speed is measured, so nothing to "

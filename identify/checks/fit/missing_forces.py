@@ -1,4 +1,4 @@
-"""Doubts about forces that the model of a fit lacks: a drag, or forces of a general kind."""
+"""Doubts about a fit whose model lacks a force: a drag, or a force known by its kind alone."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -43,7 +43,7 @@ def _linear_doubt(dof: int, test: Multiplier) -> Doubt:
     )
 
 
-def missing_forces(lacking: Sequence[int], late: Sequence[int], damping: Damping = "linear") -> str:
+def missing_forces_words(lacking: Sequence[int], late: Sequence[int], damping: Damping = "linear") -> str:
     """The forces that the model of a hull with this damping lacks in these axes, as part of a sentence; empty if
     none."""
     parts = []
@@ -55,7 +55,7 @@ def missing_forces(lacking: Sequence[int], late: Sequence[int], damping: Damping
     return " and ".join(parts)
 
 
-def too_little(name: str, axis: str, std: float, shift: float, value: float, missing: str) -> str:
+def why_not_identifiable(name: str, axis: str, std: float, shift: float, value: float, missing: str) -> str:
     """Why a coefficient of relative standard error `std` is not identifiable; `shift` is the change of its logarithm
     if the `missing` forces were included."""
     if abs(shift) > 0.5 * std:
@@ -63,7 +63,7 @@ def too_little(name: str, axis: str, std: float, shift: float, value: float, mis
     return f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"
 
 
-LIKE: Mapping[Kind, str] = {
+KIND_WORDS: Mapping[Kind, str] = {
     Kind.WORLD: "which goes with the heading or the place, as a current's or a tether's does",
     Kind.THRUST: "which goes with the thrust, as where thrusters are weak near zero, astern or later in the dive",
     Kind.ACROSS: "which goes with other axes' thrust, as where a thruster that drives both is weak or sits elsewhere",
@@ -82,7 +82,7 @@ def lacking_doubts(lacks: Sequence[Lack], damping: Damping) -> tuple[Doubt, ...]
 
 
 def _doubt(lacks: Sequence[Lack], damping: Damping) -> Doubt:
-    """The doubt of forces of the same kind, the clearest first."""
+    """The doubt about missing forces of one kind, of which the clearest comes first."""
     clearest, dofs = lacks[0], sorted(lack.dof for lack in lacks)
     period = f", every {clearest.period_s:.2g} s" if clearest.period_s else ""
     groups = {"linear": (MASSES, DAMPINGS), "quadratic": (MASSES, QUADRATICS)}
@@ -91,7 +91,7 @@ def _doubt(lacks: Sequence[Lack], damping: Damping) -> Doubt:
         tuple(
             group[dof].name for group in groups.get(damping, (MASSES, DAMPINGS, QUADRATICS)) for dof in dofs
         ),
-        f"In {axes_named(dofs)} the recording holds a force that the model lacks, {LIKE[clearest.kind]}{period} "
+        f"In {axes_named(dofs)} the recording holds a force that the model lacks, {KIND_WORDS[clearest.kind]}{period} "
         f"({clearest.score:.0f} standard errors)",
         f"masses and dampings {where} are off by what it does, and the intervals of all that it bears on are widened "
         "by an estimate of that, and may still be too narrow; seatrial diagnose looks for its cause.",

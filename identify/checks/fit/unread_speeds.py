@@ -1,4 +1,4 @@
-"""Warnings about speeds and rates of turn that were not read, which work on other axes by Coriolis forces."""
+"""Warnings about speeds and rates of turn that no sensor read, though their Coriolis forces act on other axes."""
 
 from collections.abc import Sequence
 
@@ -11,18 +11,17 @@ from identify.words import axes_named
 LONGEST_GAP_S = 5.0
 """Over a shorter gap the vehicle's speed follows from its earlier speed and from its thrust."""
 
-TELLING_SHARE = 0.1
+LEAST_UNREAD_SHARE = 0.1
 """Share of the dive in longer gaps above which a warning is given."""
 
 
 def unread_doubts(built: Axes) -> tuple[Doubt, ...]:
-    """Warnings about turning axes if speeds were not read, or not for a good part of the dive, and the other way
-    round."""
+    """Warnings about the axes on which a velocity acts that was not read, or not for a good part of the dive."""
     return (*_unread_speeds(built), *_unread_turning(built))
 
 
 def _unread_turning(built: Axes) -> tuple[Doubt, ...]:
-    """A warning about surge, sway and heave if rates of turn that cause forces there were not read."""
+    """A warning about those of surge, sway and heave on which an unread rate of turn acts."""
     nu = built.motion.nu
     never = [dof for dof in range(3, 6) if not nu[:, dof].any()]
     # Turning about one axis with speed along a second pushes along the third.
@@ -48,12 +47,12 @@ def _unread_turning(built: Axes) -> tuple[Doubt, ...]:
 
 
 def _unread_speeds(built: Axes) -> tuple[Doubt, ...]:
-    """A warning about the axes affected by a speed that was not read, or not for a good part of the dive: all
-    rotations, and other translations if the vehicle turns."""
+    """A warning for speeds that were never read, and one for those unread for a good part of the dive: about all
+    rotations, and about other translations if the vehicle turns."""
     moving = {axis.dof: axis for axis in built.axes if axis.dof < 3}
     never = [dof for dof in range(3) if dof not in moving]
     gaps = {dof: silent_share(axis) for dof, axis in moving.items()}
-    seldom = [dof for dof, share in gaps.items() if share > TELLING_SHARE]
+    seldom = [dof for dof, share in gaps.items() if share > LEAST_UNREAD_SHARE]
     cases = []
     if never:
         cases.append((never, f"No velocity was recorded in {axes_named(never)}"))
@@ -62,14 +61,14 @@ def _unread_speeds(built: Axes) -> tuple[Doubt, ...]:
         cases.append((seldom, f"{worst} no velocity was read in {axes_named(seldom)}"))
     doubts = []
     for dofs, words in cases:
-        worked_on = [axis.dof for axis in built.axes if axis.dof >= 3 or _turned_into(axis.dof, dofs, built)]
-        about = coefficients_of(worked_on)
+        affected = [axis.dof for axis in built.axes if axis.dof >= 3 or _turned_into(axis.dof, dofs, built)]
+        about = coefficients_of(affected)
         remedy = (
-            f"what speed there does to the vehicle's {axes_named(worked_on)} is guessed, so {', '.join(about)} may be "
+            f"what speed there does to the vehicle's {axes_named(affected)} is guessed, so {', '.join(about)} may be "
             "off by more than their intervals; dive with the DVL's bottom lock, or without speed while it turns."
         )
         if about:
-            doubts.append(Doubt(about, words, remedy, _outcome(never if dofs is never else (), worked_on)))
+            doubts.append(Doubt(about, words, remedy, _outcome(never if dofs is never else (), affected)))
     return tuple(doubts)
 
 
@@ -78,10 +77,10 @@ def _turned_into(dof: int, unread: Sequence[int], built: Axes) -> bool:
     return any(dof != along and built.motion.nu[:, 6 - dof - along].any() for along in unread)
 
 
-def _outcome(never: Sequence[int], worked_on: Sequence[int]) -> Outcome:
-    """Outcome of a fit without these velocities, in these axes. Vehicles turn mostly in the horizontal plane, and the
-    resulting force in surge and sway is not small."""
-    return Outcome.DISAGREES if {0, 1, 5} & set(never) and {0, 1} & set(worked_on) else Outcome.CONVERGED
+def _outcome(never: Sequence[int], affected: Sequence[int]) -> Outcome:
+    """Outcome of a fit in the `affected` axes without the velocities `never` read. Vehicles turn mostly in the
+    horizontal plane, where the Coriolis force in surge and sway is not small."""
+    return Outcome.DISAGREES if {0, 1, 5} & set(never) and {0, 1} & set(affected) else Outcome.CONVERGED
 
 
 def silent_share(axis: Axis) -> float:

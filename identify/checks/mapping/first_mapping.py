@@ -11,7 +11,7 @@ import numpy as np
 
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.checks.mapping.frames import earth_mends, speed_mends, wrench_mends
-from identify.checks.mapping.mend import FLU, Mend, mended, scaled
+from identify.checks.mapping.mend import FLU, Mend, column_mend, mended
 from identify.checks.sensors.sensor_pairs import (
     CLEAR,
     NEAR_UNIT,
@@ -98,7 +98,7 @@ def _gravity(dive: Dive) -> tuple[Mend, ...]:
     for unit, factor in (("g", GRAVITY_M_S2), ("mg", GRAVITY_M_S2 / 1000), ("m/s2", 1 / GRAVITY_M_S2)):
         if _is_gravity(usual * factor) and not _is_gravity(usual):
             problem = f"The accelerometer usually reads {usual:.3g} m/s2, and at rest 9.8 is right: its unit is {unit}"
-            return (scaled("specific_force", (factor,) * 3, problem),)
+            return (column_mend("specific_force", (factor,) * 3, problem),)
     return ()
 
 
@@ -114,7 +114,7 @@ def _depth_below(dive: Dive) -> tuple[Mend, ...]:
     if not (np.median(depth.value) < 0 and -low > 3 * max(high, 0.0)):
         return ()
     problem = f"Most depths are below 0 (down to {low:.3g} m), so z points up"
-    return (scaled("depth", (-1.0,), problem),)
+    return (column_mend("depth", (-1.0,), problem),)
 
 
 def _position_below(dive: Dive) -> tuple[Mend, ...]:
@@ -159,7 +159,7 @@ def _depth_by_pressure(dive: Dive) -> tuple[Mend, ...]:
         f"Depth changes by {match.ratio:.3g} times what pressure comes to (correlation {match.correlation:.2f}), so "
         f"{_unit_words('its unit or sign is not as taken', factor)}"
     )
-    return (scaled("depth", (mend,), problem),)
+    return (column_mend("depth", (mend,), problem),)
 
 
 def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
@@ -178,10 +178,10 @@ def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
         in_unit = f", as {unit}" if unit else ""
         at_surface = factor * over_pa - PASCALS_PER_METRE * deep_m
         if unit and abs(at_surface - AIR_PA) < FITS_AIR * AIR_PA:
-            return (scaled("pressure", (factor,), f"{changes}{in_unit}"),)
+            return (column_mend("pressure", (factor,), f"{changes}{in_unit}"),)
         if abs(at_surface) < FITS_AIR * AIR_PA:
             problem = f"{changes}{in_unit}, and it is 0 at the surface: it counts from the surface"
-            return (scaled("pressure", (factor,), problem, offset=AIR_PA),)
+            return (column_mend("pressure", (factor,), problem, offset=AIR_PA),)
     return ()
 
 
@@ -252,7 +252,7 @@ def _turned_force(dive: Dive) -> tuple[Mend, ...]:
         f"with pitch and with the velocity's change (correlation {least:.2f} at least): it reads gravity, not what "
         "holds against it"
     )
-    return (scaled("specific_force", (-1.0,) * 3, problem),)
+    return (column_mend("specific_force", (-1.0,) * 3, problem),)
 
 
 def _fallen(dive: Dive) -> tuple[bool, str] | None:
@@ -279,7 +279,7 @@ def _turned(name: str, proof: dict[str, str]) -> Mend:
     if name == "attitude":
         remedy = "multiply `scale` of `euler` by [1, -1, -1], of `quaternion` by [1, 1, -1, -1]"
         return Mend(name, FLU, problem, remedy)
-    return scaled(name, FLU, problem)
+    return column_mend(name, FLU, problem)
 
 
 def _angles(dive: Dive) -> tuple[Mend, ...]:
@@ -351,7 +351,7 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
     ]
     evidence = "; ".join(f"{_AXES[axis]}: {match.words}" for axis, match in clear.items())
     problem = f"The gyro contradicts how the attitude turns ({evidence}): {' and '.join(wrong)}"
-    return (scaled("gyro", factors, problem, order if order != (0, 1, 2) else ()),)
+    return (column_mend("gyro", factors, problem, order if order != (0, 1, 2) else ()),)
 
 
 def _heave(dive: Dive) -> tuple[Mend, ...]:
@@ -379,7 +379,7 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
         f"Depth changes by {match.ratio:.3g} times what the downward velocity comes to (correlation "
         f"{match.correlation:.2f}), so {words}"
     )
-    return (scaled(signal, factors, problem),)
+    return (column_mend(signal, factors, problem),)
 
 
 def _pushes(dive: Dive) -> tuple[Mend, ...]:
@@ -398,7 +398,7 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
         f"The velocity changes against the accelerometer ({evidence}), so its sign along "
         f"{' and '.join(_AXES[axis] for axis in wrong)} is turned round"
     )
-    return (scaled("velocity", factors, problem),)
+    return (column_mend("velocity", factors, problem),)
 
 
 def _mirror(table: tuple[tuple[Match | None, ...], ...] | None) -> tuple[bool, str] | None:

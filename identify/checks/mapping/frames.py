@@ -7,8 +7,7 @@ import math
 
 import numpy as np
 
-from identify.checks.mapping.mend import FLU, Mend, mended, scaled
-from identify.checks.sensors.scales import edge_means, integral
+from identify.checks.mapping.mend import FLU, Mend, column_mend, mended
 from identify.checks.sensors.sensor_pairs import (
     CLEAR,
     EDGE_S,
@@ -20,6 +19,7 @@ from identify.checks.sensors.sensor_pairs import (
     readings,
     window_edges,
 )
+from identify.checks.sensors.windows import edge_means, integral
 from identify.dive import Dive, Signal
 from identify.ingest.mapping.units import FOOT_M, KNOT_M_S
 from identify.ingest.rotation import attitude_at, to_earth
@@ -60,7 +60,7 @@ def speed_mends(dive: Dive) -> tuple[Mend, ...]:
     if not unit / NEARER_UNIT < ratio < unit * NEARER_UNIT:
         return ()
     problem = f"The velocity changes by {ratio:.3g} times what the accelerometer comes to, so it is in {SPEEDS[unit]}"
-    return (scaled("velocity", (1 / unit,) * 3, problem),)
+    return (column_mend("velocity", (1 / unit,) * 3, problem),)
 
 
 def earth_mends(dive: Dive) -> tuple[Mend, ...]:
@@ -78,7 +78,7 @@ def earth_mends(dive: Dive) -> tuple[Mend, ...]:
         f"The velocity does not change as the accelerometer says (correlation {as_it_is:.2f}), but does so when the "
         f"attitude turns it ({turned[best]:.2f}): it is in earth axes, {name}"
     )
-    return (scaled("velocity", factors, problem, order, frame="NED"),)
+    return (column_mend("velocity", factors, problem, order, frame="NED"),)
 
 
 def is_of_earth(position: Signal, velocity: Signal, attitude: Signal) -> tuple[bool, str] | None:
@@ -139,7 +139,7 @@ def wrench_mends(dive: Dive) -> tuple[Mend, ...]:
         "The wrench is in axes forward, left, up (FLU, as in ROS), not FRD: the motion goes against it (correlation of "
         f"{evidence})"
     )
-    return (scaled("tau_cmd", FLU * 2, problem),)
+    return (column_mend("tau_cmd", FLU * 2, problem),)
 
 
 def _follows(wrench: Signal, moved: Signal, dof: int, axis: int) -> float:

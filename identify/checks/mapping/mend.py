@@ -1,4 +1,4 @@
-"""A likely mend of a signal that contradicts physics, and the dive with it."""
+"""A mend: the likely correction of a signal whose columns contradict physics, and the dive with that correction."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -15,12 +15,12 @@ FLU = (1.0, -1.0, -1.0)
 
 @dataclass(frozen=True)
 class Mend:
-    """A likely mend of a signal: its columns in `order` (empty for as they are), then times `factors`.
+    """A likely correction of a signal: its columns put in `order`, times `factors`, plus `offset`, turned from `frame`.
 
-    signal: a field of Dive. factors: one per column; for the attitude, those of roll, pitch and yaw after its
-    quaternion was put in `order`. problem: the contradiction with its evidence, a sentence without its end. remedy: the
-    edit of the column map, likewise. offset: added to each column after that, in SI. frame: NED for a velocity that is
-    in these axes after all that.
+    signal: a field of Dive. order: places of the columns, from 0; empty to leave them. factors: one per column; for the
+    attitude, those of roll, pitch and yaw after its quaternion was put in `order`. offset: added to each column, SI.
+    frame: NED if the velocity is then in these axes. problem: the contradiction with its evidence, a sentence without
+    its full stop. remedy: the edit of the column map, likewise.
     """
 
     signal: str
@@ -37,6 +37,7 @@ class Mend:
 
 
 def mended(dive: Dive, mend: Mend) -> Dive:
+    """The dive with the signal of `mend` corrected."""
     signal: Signal = getattr(dive, mend.signal)
     factors = np.array(mend.factors)
     if mend.signal == "attitude":
@@ -53,7 +54,7 @@ def mended(dive: Dive, mend: Mend) -> Dive:
     return replace(dive, **changed)
 
 
-def scaled(
+def column_mend(
     signal: str,
     factors: Sequence[float],
     problem: str,
@@ -62,7 +63,7 @@ def scaled(
     offset: float = 0.0,
     frame: str = "",
 ) -> Mend:
-    """A mend whose remedy is an order of the columns, a scale, an offset or a frame."""
+    """The mend of these numbers, with a remedy that says how to write them into the column map."""
     steps = []
     if order:
         steps.append(f"give the columns of `{signal}` in the order {', '.join(str(k + 1) for k in order)}")

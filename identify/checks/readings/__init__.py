@@ -1,1 +1,2 @@
-"""Readings to leave out (`copies`, `frozen`, `impossible`), and `missing_signals`."""
+"""Readings to leave out (`copies`, `frozen`, `impossible`), and what is told of a
+recording: `missing_signals`, `flipping_commands`."""

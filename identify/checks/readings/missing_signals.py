@@ -1,26 +1,22 @@
-"""Lists what a recording lacks and which parameters therefore can't be identified from it, as sentences."""
+"""Says in sentences which signals a recording lacks, and what therefore can't be identified from it."""
 
 import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS, HEAVE
+from identify.checks.readings.flipping_commands import flipping_commands
 from identify.checks.readings.frozen import axis_key
-from identify.dive import Dive, Signal
+from identify.dive import Dive
 from identify.ingest.commands import unknown_between
-from identify.words import axes_named, listed
+from identify.words import axes_named
 
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
-FLIPS = -0.1
-"""Autocorrelation of commands over one sample below which they flip from each sample to the next. A loop that answers a
-sensor's noise comes to 0.3."""
-LEAST_FLIPS = 0.1
-"""Least standard deviation of commands that flip, over the largest of an output in the same unit."""
 
 
 def missing_signals(dive: Dive) -> tuple[str, ...]:
-    """A sentence for each signal that is missing or comes too rarely."""
+    """A sentence for each signal that is missing, comes too rarely or can't be believed."""
     level = (
         () if dive.attitude is not None else ("No attitude is recorded: the vehicle is taken to be level.",)
     )
@@ -89,40 +85,13 @@ def _forces(dive: Dive) -> list[str]:
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them where a "
             "faster loop sends them: what they do there is taken for a noise then. Record them at 20 Hz or more."
         )
-    notes += _flips(dive, signal)
-    hole = longest_gap_s(signal.time_s)
-    if hole > SHORTEST_GAP_S and hole > 5.0 / max(signal.rate_hz, 1e-9):
-        notes.append(f"Thruster commands are missing for up to {hole:.1f} s at a stretch.")
+    notes += flipping_commands(dive, signal)
+    gap_s = longest_gap_s(signal.time_s)
+    if gap_s > SHORTEST_GAP_S and gap_s > 5.0 / max(signal.rate_hz, 1e-9):
+        notes.append(f"Thruster commands are missing for up to {gap_s:.1f} s at a stretch.")
     if never_armed(dive):
         notes.append("The vehicle was never armed in this recording: the thrusters did not push.")
     return notes
-
-
-def _flips(dive: Dive, commands: Signal) -> list[str]:
-    """A sentence on thruster commands, or on the wrench in their place, that flip from each sample to the next."""
-    if commands is dive.tau_cmd:
-        moments = [3 + dof for dof in _flipping(commands.value[:, 3:])]
-        if not (dofs := [*_flipping(commands.value[:, :3]), *moments]):
-            return []
-        subject, parts = "Commanded forces", axes_named(dofs)
-    else:
-        if not (outputs := [str(k + 1) for k in _flipping(commands.value)]):
-            return []
-        subject, parts = "Thruster commands", f"output {listed(outputs)}"
-    return [
-        f"{subject} flip from each sample to the next ({parts}): thrusters can hardly follow that, so what they gave "
-        "is not known, and neither masses nor causes there can be relied on. Calm the controller."
-    ]
-
-
-def _flipping(commands: Array) -> list[int]:
-    """Columns of commands (n, k), all in one unit, that go the other way at each sample, and are not small."""
-    known = [column[np.isfinite(column)] for column in commands.T]
-    moved = [column - column.mean() if len(column) > 1 else np.zeros(1) for column in known]
-    sizes = np.array([np.std(column) for column in moved])
-    like = np.array([np.sum(c[1:] * c[:-1]) / max(float(np.sum(c**2)), 1e-300) for c in moved])
-    flip = (sizes > 0) & (sizes >= LEAST_FLIPS * sizes.max(initial=0.0)) & (like < FLIPS)
-    return np.flatnonzero(flip).tolist()
 
 
 def never_armed(dive: Dive) -> bool:
@@ -131,4 +100,5 @@ def never_armed(dive: Dive) -> bool:
 
 
 def longest_gap_s(time_s: Array) -> float:
+    """Longest time between readings at these times (n,); 0 for fewer than two."""
     return float(np.diff(time_s).max(initial=0.0))

@@ -3,15 +3,8 @@
 import numpy as np
 
 from bridge.vehicle.config import Water
-from identify.checks.sensors.scales import (
-    FEWEST_WINDOWS,
-    Scale,
-    edge_means,
-    integral,
-    scale_of,
-    well_read,
-    within_runs,
-)
+from identify.checks.sensors.scale import FEWEST_WINDOWS, Scale, scale_of
+from identify.checks.sensors.windows import edge_means, integral, well_read, within_runs
 from identify.dive import Dive
 from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import attitude_at, to_earth

@@ -6,16 +6,8 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.attitude import down_in_body
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
-from identify.checks.sensors.scales import (
-    FEWEST_WINDOWS,
-    Scale,
-    edge_means,
-    integral,
-    scale_of,
-    well_read,
-    whole,
-    within_runs,
-)
+from identify.checks.sensors.scale import FEWEST_WINDOWS, Scale, scale_of
+from identify.checks.sensors.windows import edge_means, finite_readings, integral, well_read, within_runs
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome
 from identify.ingest.rotation import attitude_at, euler_angles
@@ -46,7 +38,7 @@ def turning(dive: Dive, rate: Signal | None) -> Scale | None:
     constant bias of the gyro is projected out. None if heading turned too little or too steadily, or if rate or
     attitude is missing or too short.
     """
-    rate, attitude = whole(rate), whole(dive.attitude)
+    rate, attitude = finite_readings(rate), finite_readings(dive.attitude)
     if rate is None or attitude is None:
         return None
     start_s = max(rate.time_s[0], attitude.time_s[0])

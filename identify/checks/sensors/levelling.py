@@ -11,17 +11,8 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
-from identify.checks.sensors.scales import (
-    DOUBTFUL_SCORE,
-    FEWEST_WINDOWS,
-    Scale,
-    edge_means,
-    integral,
-    scale_of,
-    well_read,
-    whole,
-    within_runs,
-)
+from identify.checks.sensors.scale import DOUBTFUL_SCORE, FEWEST_WINDOWS, Scale, scale_of
+from identify.checks.sensors.windows import edge_means, finite_readings, integral, well_read, within_runs
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
@@ -118,7 +109,7 @@ def levelling(dive: Dive) -> Levelling | None:
     Angles change by phi_dot = p + (q sin phi + r cos phi) tan theta and theta_dot = q cos phi - r sin phi (Fossen
     2011, eq. 2.28).
     """
-    gyro, attitude = whole(dive.gyro), whole(dive.attitude)
+    gyro, attitude = finite_readings(dive.gyro), finite_readings(dive.attitude)
     if gyro is None or attitude is None:
         return None
     start_s = max(gyro.time_s[0], attitude.time_s[0]) + LATEST_S

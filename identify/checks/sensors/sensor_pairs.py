@@ -11,7 +11,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
-from identify.checks.sensors.scales import edge_means, integral, whole
+from identify.checks.sensors.windows import edge_means, finite_readings, integral
 from identify.dive import Dive, Signal
 from identify.ingest.rotation import attitude_at, euler_angles, to_body, to_body_turn, to_earth
 
@@ -69,7 +69,7 @@ def readings(signal: Signal | None) -> Signal | None:
     if signal is None:
         return None
     unread = ~np.isfinite(signal.value).any(axis=0)
-    return whole(Signal(signal.time_s, np.where(unread, 0.0, signal.value)))
+    return finite_readings(Signal(signal.time_s, np.where(unread, 0.0, signal.value)))
 
 
 def window_edges(signals: tuple[Signal, ...], longest_s: float = WINDOW_S) -> Array | None:

@@ -18,7 +18,7 @@ from identify.diagnose.filters.nominal import Nominal
 from identify.effects.effect import Effect
 
 RIVALS = 2
-"""Best rivals of a doubtful cause with which the filters are fitted."""
+"""Number of the best rivals of a doubtful cause that the filters are fitted with in its place."""
 
 LEAST_LIKENESS = 0.5
 """Causes less alike than this are no ambiguity group even if either fits: both may be present."""
@@ -70,11 +70,10 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
 
 
 def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:
-    """Nats by which the filters, fitted with all causes, are likelier than with the best rival of the k-th in its place
-    or with none, beyond the remainder of the others' forms.
+    """Nats by which the filters are likelier with all causes than with the k-th left out or replaced by its best rival.
 
-    Masses and dampings that are fitted without a cause make up for some of it. The regression, at the masses found with
-    it, holds that to be all that can be told.
+    What the remainder of the other causes' forms may explain is subtracted. Unlike the regression, which stays at the
+    masses and dampings that were found with the cause, this fits them anew without it; they then make up for a part.
     """
     cause = explanation.causes[k]
     without = explained_by(

@@ -1,6 +1,7 @@
 """Motion and course of a dive as the filters predict them from earlier readings alone.
 
-A regressor of an innovation must not depend on it, as velocities that are smoothed over the whole dive do.
+Innovations are regressed on this motion. Velocities that are smoothed over the whole dive would not do, because they
+depend on the innovations that they are to explain.
 """
 
 from dataclasses import dataclass, replace

@@ -1,4 +1,4 @@
-"""Generic forces of no particular cause: an unexplained remainder follows one of them, or it is noise.
+"""Whether what the causes leave is a force or noise: it is a force if a generic one of no cause predicts it.
 
 Whiteness is no test: noise levels learnt from the same dive make the innovations white enough whatever is missing.
 Innovations that some force predicts on held-out pieces are the evidence.

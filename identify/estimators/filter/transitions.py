@@ -1,4 +1,4 @@
-"""Transitions of the filter's state: a row of numbers for each of the few different steps that a recording has."""
+"""State transition and process noise of the Kalman filter, once for each of the few step lengths of a recording."""
 
 import numpy as np
 from numba import njit
@@ -22,11 +22,14 @@ def transitions(
     coloured_s: float,
     smoothing_s: float,
 ) -> Array:
-    """Return a row of COLUMNS numbers for each of the steps (k,) with each of the dampings (b,), (k b, COLUMNS).
+    """Return a row of COLUMNS numbers for each of the steps (k,) s with each of the dampings (b,), (k b, COLUMNS).
 
-    A row holds the transition (00 01 02 10 11 12 22), the response of nu and x to a unit force held over the first
-    and over the second half of the step, and the process noise (00 01 02 11 12 22); then, of the fourth state, the
-    transition 33 and the noise 33, the transitions 03 13 23 32 and the noise 03 13 23.
+    The state is the velocity nu, the position or angle x, the disturbance d and a fourth. A row holds, by column:
+
+    - 0 to 6: elements 00 01 02 10 11 12 22 of the transition;
+    - 7 to 10: nu and x after a unit force held over the first half of the step, then over the second;
+    - 11 to 16: elements 00 01 02 11 12 22 of the process noise;
+    - 17 to 25, of the fourth state: transition 33, noise 33, transitions 03 13 23 32, noise 03 13 23.
 
     rise_s: r of the disturbance, 0 for one of first order, whose fourth state is the readings' error: sigma_c its
     standard deviation, in the reading's unit, coloured_s its time constant. white_forces (k,): N per root of 1/s (N m
@@ -45,17 +48,20 @@ def transitions(
         rate[2, 3] = 1.0
         rate[3, 2] = -1.0 / (rise_s * time_constant_s)
         rate[3, 3] = -1.0 / rise_s
-        steady, moving = 0.0, 2.0 * sigma_d * sigma_d / (rise_s * rise_s * time_constant_s)
+        noise_d, noise_fourth = 0.0, 2.0 * sigma_d * sigma_d / (rise_s * rise_s * time_constant_s)
     else:
         rate[2, 2] = -1.0 / time_constant_s
         rate[3, 3] = -1.0 / coloured_s
-        steady, moving = 2.0 * sigma_d * sigma_d / time_constant_s, 2.0 * sigma_c * sigma_c / coloured_s
+        noise_d, noise_fourth = (
+            2.0 * sigma_d * sigma_d / time_constant_s,
+            2.0 * sigma_c * sigma_c / coloured_s,
+        )
     for i in range(out.shape[0]):
-        direct = (white_forces[i // brackets] / mass) ** 2
+        noise_nu = (white_forces[i // brackets] / mass) ** 2
         h = different_s[i // brackets]
         rate[0, 0] = -dampings[i % brackets] / mass
         rate[1, 0] = 1.0 + smoothing_s * rate[0, 0]
-        eighth = _series(rate, 0.125 * h)
+        eighth = _exponential(rate, 0.125 * h)
         quarter = _product(eighth, eighth)
         half = _product(quarter, quarter)
         full = _product(half, half)
@@ -63,17 +69,17 @@ def transitions(
         out[i, 0], out[i, 1], out[i, 2] = full[0, 0], full[0, 1], full[0, 2]
         out[i, 3], out[i, 4], out[i, 5], out[i, 6] = full[1, 0], full[1, 1], full[1, 2], full[2, 2]
         # Simpson's rule for the response to a force.
-        to_nu_early, to_x_early = _pushed(quarter, smoothing_s)
-        to_nu, to_x = _pushed(half, smoothing_s)
-        late_nu = h / 12.0 / mass * (1.0 + 4.0 * to_nu_early + to_nu)
-        late_x = h / 12.0 / mass * (smoothing_s + 4.0 * to_x_early + to_x)
+        nu_after_quarter, x_after_quarter = _after_impulse(quarter, smoothing_s)
+        nu_after_half, x_after_half = _after_impulse(half, smoothing_s)
+        late_nu = h / 12.0 / mass * (1.0 + 4.0 * nu_after_quarter + nu_after_half)
+        late_x = h / 12.0 / mass * (smoothing_s + 4.0 * x_after_quarter + x_after_half)
         out[i, 7] = half[0, 0] * late_nu + half[0, 1] * late_x
         out[i, 8] = half[1, 0] * late_nu + half[1, 1] * late_x
         out[i, 9], out[i, 10] = late_nu, late_x
         # And for the noise of a quarter of the step, of which the whole is made.
-        noise = _noise(eighth, quarter, 0.25 * h, steady, moving, direct, smoothing_s)
-        noise = _twice(noise, quarter)
-        noise = _twice(noise, half)
+        noise = _noise_of_step(eighth, quarter, 0.25 * h, noise_d, noise_fourth, noise_nu, smoothing_s)
+        noise = _noise_of_two(noise, quarter)
+        noise = _noise_of_two(noise, half)
         out[i, 11], out[i, 12], out[i, 13] = noise[0, 0], noise[0, 1], noise[0, 2]
         out[i, 14], out[i, 15], out[i, 16] = noise[1, 1], noise[1, 2], noise[2, 2]
         out[i, 17], out[i, 18] = full[3, 3], noise[3, 3]
@@ -83,7 +89,7 @@ def transitions(
 
 
 @njit(cache=True, inline="always")
-def _pushed(transition: Array, smoothing_s: float) -> tuple[float, float]:
+def _after_impulse(transition: Array, smoothing_s: float) -> tuple[float, float]:
     """nu and x after an impulse that adds 1 to nu and smoothing_s to x."""
     return (
         transition[0, 0] + smoothing_s * transition[0, 1],
@@ -92,11 +98,17 @@ def _pushed(transition: Array, smoothing_s: float) -> tuple[float, float]:
 
 
 @njit(cache=True, nogil=True)
-def _noise(
-    half: Array, full: Array, h: float, steady: float, moving: float, direct: float, smoothing_s: float
+def _noise_of_step(
+    half: Array,
+    full: Array,
+    h: float,
+    noise_d: float,
+    noise_fourth: float,
+    noise_nu: float,
+    smoothing_s: float,
 ) -> Array:
-    """Covariance (4, 4) that white noise adds over a step, by Simpson's rule: noise of the intensities `steady` in d,
-    `moving` in the fourth state, and `direct` in nu, with smoothing_s of it in x."""
+    """Covariance (4, 4) that white noise adds over a step, by Simpson's rule: of the intensities `noise_d` in d,
+    `noise_fourth` in the fourth state, and `noise_nu` in nu, with smoothing_s of it in x."""
     out = np.zeros((4, 4))
     for transition, weight in ((np.eye(4), 1.0), (half, 4.0), (full, 1.0)):
         for r in range(4):
@@ -104,9 +116,9 @@ def _noise(
             for c in range(r, 4):
                 to_c = transition[c, 0] + smoothing_s * transition[c, 1]
                 out[r, c] += (h / 6.0 * weight) * (
-                    steady * transition[r, 2] * transition[c, 2]
-                    + moving * transition[r, 3] * transition[c, 3]
-                    + direct * to_r * to_c
+                    noise_d * transition[r, 2] * transition[c, 2]
+                    + noise_fourth * transition[r, 3] * transition[c, 3]
+                    + noise_nu * to_r * to_c
                 )
     for r in range(4):
         for c in range(r):
@@ -115,7 +127,7 @@ def _noise(
 
 
 @njit(cache=True, nogil=True)
-def _twice(noise: Array, transition: Array) -> Array:
+def _noise_of_two(noise: Array, transition: Array) -> Array:
     """Covariance (4, 4) that the noise adds over two steps."""
     out = noise.copy()
     moved = _product(transition, noise)
@@ -127,7 +139,7 @@ def _twice(noise: Array, transition: Array) -> Array:
 
 
 @njit(cache=True, nogil=True)
-def _series(rate: Array, h: float) -> Array:
+def _exponential(rate: Array, h: float) -> Array:
     """exp(rate h) to the sixth order."""
     out = np.eye(4)
     term = np.eye(4)

@@ -4,23 +4,16 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from identify.dive import Signal
 from identify.statistics import left_of
-
-LEAST_READ = 0.8
-"""Share of the usual number of readings that a window must have."""
-
-EDGE_S = 0.5
-"""The value at a window's edge is the mean over this long before and after it."""
 
 FEWEST_WINDOWS = 10
 HEAVIEST = 0.999
-"""Largest share of the motion that a window counts for; all of it in one would leave nothing to judge it by."""
+"""Most that the jackknife takes for a window's share of the motion: at a share of 1 it would divide by zero."""
 
 DOUBTFUL_SCORE = 5.0
+"""Standard errors from which a difference is no noise."""
 
 
 @dataclass(frozen=True)
@@ -57,14 +50,10 @@ class Scale:
         return " to ".join(dict.fromkeys(ends))
 
 
-def whole(signal: Signal | None) -> Signal | None:
-    """The finite readings of a signal; None if fewer than two."""
-    finite = None if signal is None else signal.finite()
-    return finite if finite is not None and len(finite) > 1 else None
-
-
 def scale_of(seen: Array, said: Array, columns: Array) -> Scale | None:
-    """Scale of `seen` (n,) over `said` (n,), with the columns of `columns` (n, k) projected out of both.
+    """Scale of what one sensor saw (n,) over what another said (n,), both changes over windows.
+
+    The columns (n, k) are first projected out of both: known motions that the two sensors don't share.
 
     None if there are too few windows, or a sensor did not move.
     """
@@ -82,33 +71,3 @@ def scale_of(seen: Array, said: Array, columns: Array) -> Scale | None:
     weight = np.minimum(said**2 / said_power, HEAVIEST)
     each = float(np.linalg.norm(said * left / (1.0 - weight))) / said_power
     return Scale(least, float(seen @ seen) / both, max(alike, each))
-
-
-def well_read(time_s: Array, edges_s: Array) -> NDArray[np.bool_]:
-    """Whether each window has its share of the readings at these times."""
-    count = np.histogram(time_s, edges_s)[0]
-    return np.asarray(count >= max(LEAST_READ * float(np.median(count)), 1.0))
-
-
-def within_runs(edges_s: Array, breaks_s: Array, edge_s: float = EDGE_S) -> NDArray[np.bool_]:
-    """Whether each window, with the means at both of its edges, lies within a run of the dive."""
-    before, after = (np.searchsorted(breaks_s, edges_s + by_s) for by_s in (-edge_s, edge_s))
-    return np.asarray(before[:-1] == after[1:])
-
-
-def integral(time_s: Array, rate: Array, at_s: Array) -> Array:
-    """Integral of a rate (n,) up to each of the times (m,)."""
-    steps = 0.5 * (rate[1:] + rate[:-1]) * np.diff(time_s)
-    return np.asarray(np.interp(at_s, time_s, np.concatenate([[0.0], np.cumsum(steps)])))
-
-
-def edge_means(time_s: Array, value: Array, edges_s: Array, edge_s: float = EDGE_S) -> Array:
-    """Mean (m, k) of a value (n, k) within `edge_s` of each edge (m,); NaN if nothing was read there.
-
-    Both sensors are averaged at the same times, so that motion that comes and goes within an edge cancels alike in
-    both.
-    """
-    total = np.concatenate([np.zeros((1, value.shape[1])), np.cumsum(value, axis=0)])
-    first, last = np.searchsorted(time_s, edges_s - edge_s), np.searchsorted(time_s, edges_s + edge_s)
-    count = (last - first)[:, None]
-    return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)

@@ -1,4 +1,4 @@
-"""Data thrift: error and interval from the first 60, 120, 300 and 1000 s of the source paper's two campaigns."""
+"""How well each method does with less data: the first 60, 120, 300 and 1000 s of the source paper's two campaigns."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from bench.remembered import Data, Remembered
 from bench.stamp import PAPERS_VEHICLE, reached, stamp
 from bench.words import blocks, paragraph, percent, table
 
-SOURCES = (reached("bench/accuracy/thrift.py"), *PAPERS_VEHICLE)
+SOURCES = (reached("bench/accuracy/shorter_recordings.py"), *PAPERS_VEHICLE)
 LENGTHS_S = (60, 120, 300, 1000)
 NAMES = {
     "survey": ("M_u", "M_w", "I_r", "D_u", "D_w", "D_r"),
@@ -61,7 +61,7 @@ def page(cache: Path, seeds: tuple[int, ...]) -> str:
 
 
 def shortened(configuration: str, seed: int, name: str, dives: Path) -> Data:
-    """A method's answers to the beginnings of a recorded, by their length in s."""
+    """A method's answers to the first LENGTHS_S of a campaign, by length."""
     recorded = dived(configuration, configuration, seed, dives)
     begin_s, end_s = recorded.dive.span_s
     return {
@@ -76,7 +76,7 @@ def shortened(configuration: str, seed: int, name: str, dives: Path) -> Data:
 
 
 def cell(values: list[float], halves: list[float], truth: float) -> Cell:
-    """One cell from the seeds' values; `halves` has NaN for a seed without an interval."""
+    """The errors of one parameter from the seeds' values and half 95 % intervals, NaN for a seed without one."""
     error = np.array(values) / truth - 1.0
     stated = np.array(halves)[np.isfinite(halves)] / np.array(values)[np.isfinite(halves)]
     return Cell(

@@ -1,4 +1,4 @@
-"""Body of the planting simulator: six degrees of freedom with full matrices, in moving water; compiled.
+"""Equations of motion of the simulated body: six degrees of freedom, full mass matrices, moving water; compiled.
 
 (M_RB + M_A) nu_dot + C(M_RB, nu) nu + C(M_A, nu_r) nu_r + D nu_r + g = tau, with C from the 6 x 6 matrix by Fossen
 (2011), theorem 3.2 (eq. 3.46). Accelerating water carries the added masses along (section 8.3). Added masses that
@@ -18,7 +18,7 @@ STATES = 14
 """North, east, down; attitude w x y z; nu (6); the integral of yaw rate."""
 
 WORK = (8, 6)
-"""Shape of the scratch array that `rates` needs."""
+"""Shape of the scratch array that `state_derivative` needs."""
 
 
 class Body(NamedTuple):
@@ -54,13 +54,13 @@ def body(
 
 @njit(cache=True, error_model="numpy")
 def assign(out: Array, values: Array) -> None:
-    """Copy values (n,) to `out` (n,): a slice's assignment, with its check of shapes, takes 2 s longer to compile."""
+    """Copy values (n,) to `out` (n,). Assigning to a slice would check shapes, which takes 2 s longer to compile."""
     for i in range(len(values)):
         out[i] = values[i]
 
 
 @njit(cache=True, error_model="numpy")
-def add_coriolis(mass: Array, nu: Array, out: Array) -> None:
+def subtract_coriolis(mass: Array, nu: Array, out: Array) -> None:
     """Subtract C(nu) nu of a 6 x 6 mass matrix from `out` (6,).
 
     C(nu) nu is -a x w for the forces and -a x v - b x w for the moments, with the momenta a and b.
@@ -98,20 +98,22 @@ def solve6(matrix: Array, right: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def rates(
+def state_derivative(
     state: Array, tau: Array, water: Array, grown: float, body: Body, hull: Hull, phase: float, wake: float,
     out: Array, work: Array,
 ) -> None:  # fmt: skip
-    """Time derivative of the state (STATES,) under the wrench `tau` (6,).
+    """Fill `out` (STATES,) with the time derivative of the state (STATES,) under the wrench `tau` (6,).
 
     water (12,): velocity and acceleration (north, east, down) of a current, then of waves at the depth
-    `hull.wave_ref`. grown: share by which damping has grown. phase, wake: memory of the hull. work: scratch (WORK).
+    `hull.wave_ref`. grown: share by which damping has grown. phase, wake: of the hull's
+    own memory, as in `hull_wrench`. work: scratch (WORK).
     """
     qw, qx, qy, qz = state[3], state[4], state[5], state[6]
     r00, r01, r02 = 1 - 2 * (qy * qy + qz * qz), 2 * (qx * qy - qw * qz), 2 * (qx * qz + qw * qy)
     r10, r11, r12 = 2 * (qx * qy + qw * qz), 1 - 2 * (qx * qx + qz * qz), 2 * (qy * qz - qw * qx)
     r20, r21, r22 = 2 * (qx * qz - qw * qy), 2 * (qy * qz + qw * qx), 1 - 2 * (qx * qx + qy * qy)
-    nu, through, force, added = work[0], work[1], work[2], work[3]
+    # water_accel: acceleration of the water, as seen in the turning body axes.
+    nu, nu_r, force, water_accel = work[0], work[1], work[2], work[3]
     for i in range(6):
         nu[i] = state[7 + i]
     p, q, r = nu[3], nu[4], nu[5]
@@ -128,23 +130,23 @@ def rates(
         r01 * an + r11 * ae + r21 * ad,
         r02 * an + r12 * ae + r22 * ad,
     )
-    through[0], through[1], through[2] = nu[0] - vx, nu[1] - vy, nu[2] - vz
-    through[3], through[4], through[5] = p, q, r
-    added[0] = ax - (q * vz - r * vy)
-    added[1] = ay - (r * vx - p * vz)
-    added[2] = az - (p * vy - q * vx)
+    nu_r[0], nu_r[1], nu_r[2] = nu[0] - vx, nu[1] - vy, nu[2] - vz
+    nu_r[3], nu_r[4], nu_r[5] = p, q, r
+    water_accel[0] = ax - (q * vz - r * vy)
+    water_accel[1] = ay - (r * vx - p * vz)
+    water_accel[2] = az - (p * vy - q * vx)
     for i in range(6):
         total = tau[i]
         for j in range(6):
-            total -= (1.0 + grown) * body.damping[i, j] * through[j]
+            total -= (1.0 + grown) * body.damping[i, j] * nu_r[j]
         for j in range(3):
-            total += body.added[i, j] * added[j]
+            total += body.added[i, j] * water_accel[j]
         force[i] = total
     force[0] += body.displaced_kg * ax
     force[1] += body.displaced_kg * ay
     force[2] += body.displaced_kg * az
-    add_coriolis(body.rigid, nu, force)
-    add_coriolis(body.added, through, force)
+    subtract_coriolis(body.rigid, nu, force)
+    subtract_coriolis(body.added, nu_r, force)
     up = body.net_up_n + hull.buoyancy_n * (1.0 - hull.squeeze * (state[2] - hull.wave_ref))
     force[0] -= up * r20
     force[1] -= up * r21
@@ -153,32 +155,32 @@ def rates(
     force[3] += body.weight_n * (cy * r22 - cz * r21)
     force[4] += body.weight_n * (cz * r20 - cx * r22)
     force[5] += body.weight_n * (cx * r21 - cy * r20)
-    pull_n, pull_e, pull_d = hull_wrench(state, through, hull, phase, wake, force)
+    pull_n, pull_e, pull_d = hull_wrench(state, nu_r, hull, phase, wake, force)
     force[0] += r00 * pull_n + r10 * pull_e + r20 * pull_d
     force[1] += r01 * pull_n + r11 * pull_e + r21 * pull_d
     force[2] += r02 * pull_n + r12 * pull_e + r22 * pull_d
-    near, by_metre = growth(state[2], hull)
-    if near == 0.0:
+    grown_share, share_by_metre = growth(state[2], hull)
+    if grown_share == 0.0:
         for i in range(6):
             total = 0.0
             for j in range(6):
                 total += body.inverse[i, j] * force[j]
             out[7 + i] = total
     else:
-        square, sinking, twice = np.zeros((6, 6)), r20 * nu[0] + r21 * nu[1] + r22 * nu[2], 0.0
+        grown_mass, sinking, twice_push = np.zeros((6, 6)), r20 * nu[0] + r21 * nu[1] + r22 * nu[2], 0.0
         for i in range(6):
             added_mass = hull.near_share[i] * body.added[i, i]
-            square[i, i] = near * added_mass
-            force[i] -= by_metre * sinking * added_mass * through[i]
+            grown_mass[i, i] = grown_share * added_mass
+            force[i] -= share_by_metre * sinking * added_mass * nu_r[i]
             if i < 3:
-                force[i] += near * added_mass * added[i]
-            twice += by_metre * added_mass * through[i] * through[i]
-        force[0] += 0.5 * twice * r20
-        force[1] += 0.5 * twice * r21
-        force[2] += 0.5 * twice * r22
-        add_coriolis(square, through, force)
-        square += body.rigid + body.added
-        solve6(square, force)
+                force[i] += grown_share * added_mass * water_accel[i]
+            twice_push += share_by_metre * added_mass * nu_r[i] * nu_r[i]
+        force[0] += 0.5 * twice_push * r20
+        force[1] += 0.5 * twice_push * r21
+        force[2] += 0.5 * twice_push * r22
+        subtract_coriolis(grown_mass, nu_r, force)
+        total_mass = grown_mass + (body.rigid + body.added)
+        solve6(total_mass, force)
         for i in range(6):
             out[7 + i] = force[i]
     out[0] = r00 * nu[0] + r01 * nu[1] + r02 * nu[2]

@@ -1,7 +1,7 @@
-"""The diagnosis of a dive for a batch, as plain data and back.
+"""What a batch keeps of the diagnosis of a dive: its causes with their sizes, as plain data and back.
 
-It also holds the sizes of effects that are not named, fitted together with the causes: without these, a trend would
-begin only when the effect is large enough to be named.
+The sizes of effects that are not named are kept too, as they were fitted together with the causes: otherwise a trend
+would begin only when the effect is large enough to be named.
 """
 
 from collections.abc import Mapping
@@ -59,7 +59,7 @@ class EffectSize:
 
 
 @dataclass(frozen=True)
-class Causes:
+class DiveCauses:
     """The diagnosis of a dive in short, or the `error` that prevented it.
 
     `found`: its causes, strongest first, likely or possible; `absent`: sizes of effects that it does not name.
@@ -81,7 +81,7 @@ class Causes:
         return asdict(self)
 
     @classmethod
-    def from_json(cls, data: Mapping[str, Any]) -> "Causes":
+    def from_json(cls, data: Mapping[str, Any]) -> "DiveCauses":
         effects = {
             key: tuple(
                 EffectSize(

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from identify.challenge.equations_of_motion import STATES, WORK, body, solve6, state_derivative
 from identify.challenge.hull import Propellers, bare_hull, growth, shafts_want, turn
-from identify.challenge.world import STATES, WORK, body, rates, solve6
 
 
 def full_mass(rng):
@@ -23,7 +23,7 @@ def slope_of(solid, state, tau=None, water=None, hull=None):
     """The state's time derivative (STATES,), without a wrench in still water far from the bottom unless told."""
     slope, tau = np.empty(STATES), np.zeros(6) if tau is None else tau
     water, hull = np.zeros(12) if water is None else water, bare_hull(1e3) if hull is None else hull
-    rates(state, tau, water, 0.0, solid, hull, 0.0, 0.0, slope, np.empty(WORK))
+    state_derivative(state, tau, water, 0.0, solid, hull, 0.0, 0.0, slope, np.empty(WORK))
     return slope
 
 

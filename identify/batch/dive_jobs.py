@@ -1,4 +1,4 @@
-"""The jobs that identify and diagnose a dive of a batch, and how they read its recording."""
+"""What a job of a batch does with one dive: it identifies it, or diagnoses it."""
 
 import math
 from dataclasses import replace
@@ -6,7 +6,7 @@ from typing import Any
 
 from bridge.errors import FitError, LogError
 from bridge.vehicle.config import VehicleFile
-from identify.batch.causes import Causes, EffectSize, Size
+from identify.batch.dive_causes import DiveCauses, EffectSize, Size
 from identify.batch.jobs import Job
 from identify.diagnose.result import Value
 from identify.diagnose.shrink.shrunk import LIKELY
@@ -77,7 +77,7 @@ def diagnose(job: Job) -> dict[str, Any]:
     )
     unix_s, _ = date_of(dive)
     words = verdict_sentence(diagnosis)
-    return Causes(configuration, diagnosis.verdict, words, causes, absent, unix_s).to_json()
+    return DiveCauses(configuration, diagnosis.verdict, words, causes, absent, unix_s).to_json()
 
 
 def read_job(job: Job) -> tuple[Dive, VehicleFile, str]:

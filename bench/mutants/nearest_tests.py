@@ -1,4 +1,4 @@
-"""The tests that could notice a change of a file, by the number of imports between them and it."""
+"""Which tests could notice a change of a file: those that import it, the one with the fewest imports between first."""
 
 import ast
 import re
@@ -11,15 +11,15 @@ DOTTED = re.compile(rf"({'|'.join(FOLDERS)})(\.\w+)*\.?")
 
 
 def nearest_tests(root: Path, file: str) -> list[str]:
-    """Test files that import `file`, directly or by others: by steps, then by how much else they import."""
-    steps = reaching(root, file)
+    """Test files that import `file`, directly or through others: fewest steps first, then the smallest."""
+    steps = import_steps(root, file)
     tests = [path for path in steps if path.startswith("tests/") and Path(path).name.startswith("test_")]
     return sorted(tests, key=lambda test: (steps[test], _size(root, test), test))
 
 
 @cache
-def reaching(root: Path, file: str) -> dict[str, int]:
-    """Steps from each file that imports `file`, directly or by others, to it."""
+def import_steps(root: Path, file: str) -> dict[str, int]:
+    """How many imports lie between `file` and each file that imports it, directly (1) or through others."""
     importers: dict[str, set[str]] = {}
     for importer, imported in _imports(root).items():
         for name in imported:
@@ -29,7 +29,7 @@ def reaching(root: Path, file: str) -> dict[str, int]:
 
 @cache
 def _size(root: Path, file: str) -> int:
-    """The number of files that a file imports, directly or by others."""
+    """The number of files that a file imports, directly or through others."""
     return len(_steps(_imports(root), file))
 
 
