@@ -16,7 +16,7 @@ from identify.challenge.vehicles import LAG_S
 from identify.diagnose.accepted import _effect
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
-from identify.diagnose.causes.onset import with_beginnings
+from identify.diagnose.causes.onset import unsought, with_beginnings
 from identify.diagnose.causes.shafts import Search
 from identify.diagnose.diagnose import is_earlier
 from identify.diagnose.filters.nominal import refitted
@@ -77,6 +77,20 @@ def test_a_thruster_that_was_weak_all_along_has_no_beginning(nominal):
     search = searched(with_cause(nominal, weak(2), TENTH), *LIBRARY)
     assert [cause.effect.label for cause in search.explanation.causes] == [weak(2).label]
     assert with_beginnings(search, LIBRARY, 5.0) is search
+
+
+def test_a_dive_too_short_for_beginnings_says_that_none_was_looked_for():
+    short, long = (SimpleNamespace(since_s=np.array([0.0, last_s])) for last_s in (40.0, 60.0))
+    assert unsought(short, LIBRARY) == (
+        "Causes that begin within the dive were not looked for: it lasts 40 s, and that takes 60 s or more.",
+    )
+    assert unsought(long, LIBRARY) == unsought(short, (QUADRATIC_DRAG,)) == ()
+
+
+def test_a_short_dive_with_a_gap_says_so_beside_its_verdict():
+    diagnosis = diagnosed(draw_case(300_051, names=["quadratic_drag"], size=0.9, seconds=45.0))
+    assert diagnosis.verdict != "no_gap"
+    assert diagnosis.provisos[-1].startswith("Causes that begin within the dive were not looked for")
 
 
 def test_drag_never_begins_in_a_dive(broken):
@@ -162,3 +176,33 @@ def test_a_thruster_that_breaks_in_a_dive_made_by_other_equations_is_named_alone
     assert finding.cause.effect.since_s == pytest.approx(0.5 * seconds, abs=3.0)
     told = finding.parameters["gain"]
     assert told.low95 < gain < told.high95 < 0.9
+
+
+def lighter_case(seed, force_n, since_s, seconds):
+    """A dive of the sealed dives' simulator, from `since_s` of which on a force pulls the vehicle up."""
+    case = draw_case(seed, kind="none", seconds=seconds)
+
+    def apply(scenario, _rng):
+        scenario.drawn = no_force()._replace(
+            size=np.array([0.0, 0.0, -force_n, 0.0, 0.0, 0.0]),
+            when=(scenario.time_s >= since_s).astype(float),
+        )
+
+    return replace(case, planted=(Planted("net_buoyancy", {}, apply, 1.0, novel=True),))
+
+
+@pytest.mark.parametrize(
+    ("seed", "force_n", "since_s", "seconds"),
+    [
+        # The filters without it take it for a disturbance, and give it back in many turns.
+        (300_100, 15.0, 45.0, 120.0),
+        # They hide it whole until they are fitted with it.
+        (300_112, -5.7, 46.0, 100.0),
+    ],
+)
+def test_a_weight_that_changes_in_a_short_dive_is_found_with_its_size(seed, force_n, since_s, seconds):
+    diagnosis = diagnosed(lighter_case(seed, force_n, since_s, seconds))
+    (finding,) = diagnosis.findings
+    assert (diagnosis.verdict, finding.name) == ("explained", "net_buoyancy")
+    assert finding.cause.effect.since_s == pytest.approx(since_s, abs=1.0)
+    assert finding.parameters["force"].value == pytest.approx(force_n, rel=0.03)

@@ -15,13 +15,15 @@ from bridge.arrays import Array
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
 from identify.diagnose.causes.evidence import Blocks, inverse
-from identify.diagnose.causes.requirement import BEGINNING_NATS, LEAST_GAIN
-from identify.diagnose.causes.search import explained_further
-from identify.diagnose.causes.selection import improved, without
+from identify.diagnose.causes.ranking import ranked_candidates
+from identify.diagnose.causes.requirement import BEGINNING_NATS, LEAST_GAIN, LEAST_TIMED_GAIN
+from identify.diagnose.causes.search import Explanation, explained_by, explained_further
+from identify.diagnose.causes.selection import MOST_CAUSES, improved, without
 from identify.diagnose.causes.shafts import Search
 from identify.diagnose.causes.weighing import Fitted, Weighing
 from identify.diagnose.filters.backwards import scores
 from identify.diagnose.filters.innovations import means_before, push_of
+from identify.diagnose.filters.nominal import Nominal
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect, beginning
 from identify.estimators.timing.lateness import behind_filter
@@ -42,15 +44,43 @@ LEAST_ACTING_S = 20.0
 at last, has lost no weight."""
 
 
+LEAST_LASTING_S = 3 * LEAST_ACTING_S
+"""Least length of a dive in which a beginning is looked for."""
+
+
+def unsought(course: Course, library: Sequence[Effect]) -> tuple[str, ...]:
+    """A sentence where causes of the library may begin within a dive, and the dive is too short to look for that."""
+    lasts_s = float(course.since_s[-1])
+    if lasts_s >= LEAST_LASTING_S or not any(effect.sudden for effect in library):
+        return ()
+    return (
+        f"Causes that begin within the dive were not looked for: it lasts {lasts_s:.0f} s, and that takes "
+        f"{LEAST_LASTING_S:.0f} s or more.",
+    )
+
+
 def with_beginnings(search: Search, library: Sequence[Effect], start_s: float) -> Search:
     """The search with causes that begin within the dive, if these are worth more than those found before.
 
     start_s: of the recording, from which its times are told.
     """
     explanation = search.explanation
-    begun = _likely_beginnings(explanation.weighing, explanation.fit, start_s)
-    if not begun:
+    weighing, fit = explanation.weighing, explanation.fit
+    every = _likely_beginnings(weighing, fit, start_s)
+    if not every:
         return search
+    wide = replace(weighing, library=(*weighing.library, *every))
+    better = improved(wide, wide.fitted(fit.causes))
+    if not _since_s(better.causes):
+        explanation = _refitted_with_likeliest(explanation, wide, search.nominal, (*library, *every))
+        better = explanation.fit
+    begun_s = _since_s(better.causes)
+    if not begun_s:
+        return search
+    alike = (
+        beginning(effect, at_s, start_s) for at_s in begun_s for effect in weighing.library if effect.sudden
+    )
+    begun = tuple({effect.label: effect for effect in (*every, *alike)}.values())
     wider = (*library, *begun)
     further = explained_further(explanation, search.nominal, wider)
     new = Search(search.nominal, *without_doubtful(further, search.nominal, wider), begun)
@@ -58,10 +88,9 @@ def with_beginnings(search: Search, library: Sequence[Effect], start_s: float) -
 
 
 def _likely_beginnings(weighing: Weighing, fit: Fitted, start_s: float) -> tuple[Effect, ...]:
-    """Every effect that may begin within a dive, from when it likeliest did, and from when each cause that did began;
-    none if no cause did."""
+    """Every effect that may begin within a dive, from when it likeliest did; none where that is unlikely."""
     sudden = [effect for effect in weighing.library if effect.sudden]
-    if not sudden or float(weighing.now.course.since_s[-1]) < 3 * LEAST_ACTING_S:
+    if not sudden or float(weighing.now.course.since_s[-1]) < LEAST_LASTING_S:
         return ()
     residuals = [
         _Residual.of(weighing, fit, fit, start_s),
@@ -76,18 +105,33 @@ def _likely_beginnings(weighing: Weighing, fit: Fitted, start_s: float) -> tuple
         return {residual.likeliest_s(push) for residual in residuals}
 
     likely_s = side_by_side(likely_of, sudden)
-    every = [
+    return tuple(
         beginning(effect, at_s, start_s)
         for effect, times_s in zip(sudden, likely_s, strict=True)
         for at_s in sorted(times_s - {0.0})
-    ]
-    if not every:
-        return ()
-    wider = replace(weighing, library=(*weighing.library, *every))
-    better = improved(wider, wider.fitted(fit.causes))
-    begun_s = {cause.effect.since_s for cause in better.causes if cause.effect.since_s}
-    alike = (beginning(effect, at_s, start_s) for at_s in sorted(begun_s) for effect in sudden)
-    return tuple({effect.label: effect for effect in (*every, *alike)}.values()) if begun_s else ()
+    )
+
+
+def _since_s(causes: Sequence[Cause]) -> list[float]:
+    """When those of the causes that began did."""
+    return sorted({cause.effect.since_s for cause in causes if cause.effect.since_s})
+
+
+def _refitted_with_likeliest(
+    explanation: Explanation, wide: Weighing, nominal: Nominal, library: Sequence[Effect]
+) -> Explanation:
+    """The explanation with the likeliest beginning besides, if the filters are far likelier once fitted with it.
+
+    Filters without it take it for a disturbance, and weigh down what would show it.
+    """
+    fit = wide.fitted(explanation.causes)
+    ranked = ranked_candidates(wide.candidates_with_fit(fit), fit)
+    cause = next((cause for _, _, cause in ranked if cause.effect.since_s), None)
+    if cause is None or len(fit.causes) >= MOST_CAUSES:
+        return explanation
+    trial = explained_by((*fit.causes, cause), nominal, library, explanation.now)
+    rise = trial.now.log_posterior - explanation.now.log_posterior
+    return trial if rise > LEAST_TIMED_GAIN + BEGINNING_NATS else explanation
 
 
 @dataclass(frozen=True)
