@@ -40,7 +40,7 @@ STRETCHES, NEAR_TIMES, APART_S = 16, 8, 1.0
 """Number of stretches of a dive, of each of which the likeliest time is weighed in full; number of likely times near
 the best of these that are weighed as well, and the least distance between them."""
 
-MOST_ENDS, MOST_INSTANTS = 4, 300
+MOST_ENDS, MOST_INSTANTS = 3, 300
 """Number of the likeliest beginnings and ends between which stretches are weighed in full, as of a force that a
 controller makes up for at once; number of instants between which one is sought by squares known about, as of a force
 that lasts."""
@@ -51,6 +51,10 @@ often."""
 
 NEAR_SHARE = 0.25
 """Share of the nats asked for, by squares known about, from which an instant is weighed."""
+
+HALF_SAVED = 0.5
+"""Share of the nats asked for from which a stretch's ends are sought more closely: these lie within seconds of the
+best, which gains little."""
 
 LEAST_SQUARE = 0.02
 """Least share of a column's square that a late beginning is taken to have: a step alone shows."""
@@ -301,7 +305,7 @@ class _Residual:
         if not worth_a_look:
             return 0.0, 0.0
         saved, (begin, end) = self._best(worth_a_look, pushed.act)
-        if saved < NEAR_SHARE * least_nats:
+        if saved < HALF_SAVED * least_nats:
             return 0.0, 0.0
         steps = np.unique(np.round(np.array(NEAR_ENDS_S) / self.course.step_s).astype(np.intp))
 
