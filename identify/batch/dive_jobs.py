@@ -65,6 +65,7 @@ def diagnose(job: Job) -> dict[str, Any]:
             (*(f"{finding.name} of thruster {number}" for number in finding.other_thrusters), *finding.also),
         )
         for finding in diagnosis.findings
+        if not finding.cause.effect.has_ended
     )
     absent = tuple(
         EffectSize(

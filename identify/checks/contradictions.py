@@ -11,6 +11,7 @@ from identify.checks.actuation.controller import (
     steered_doubts,
 )
 from identify.checks.actuation.motors import miswired_doubts
+from identify.checks.fit.at_the_surface import surface_doubts
 from identify.checks.sensors.descent import descent_doubts
 from identify.checks.sensors.heading import turning_doubts
 from identify.checks.sensors.levelling import levelling_doubts
@@ -30,6 +31,7 @@ def contradictions(
         *frozen_doubts(dive),
         *stamp_doubts(dive),
         *descent_doubts(dive, file.vehicle.water),
+        *surface_doubts(dive, file, configuration, fitted),
         *turning_doubts(dive),
         *levelling_doubts(dive),
         *miswired_doubts(dive, file, configuration),

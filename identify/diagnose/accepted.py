@@ -156,7 +156,13 @@ def accepted_of(findings: Sequence[Finding], known: Known, configuration: Config
     misfit = misfit_of(now, quadratic)
     values, sentences = _of_hull(known, configuration, misfit, quadratic, WELL_KNOWN)
     of_effects: dict[str, Value] = {}
-    for finding in findings:
+    lasting = [finding for finding in findings if not finding.cause.effect.has_ended]
+    sentences += [
+        f"{capital(effect_words(finding.cause.effect))} is over, and is not accepted."
+        for finding in findings
+        if finding.cause.effect.has_ended
+    ]
+    for finding in lasting:
         coefficients = _coefficients(finding, now.course)
         if not coefficients:
             sentences.append(_uncompensated_note(finding))
@@ -171,7 +177,7 @@ def accepted_of(findings: Sequence[Finding], known: Known, configuration: Config
             sentences.append(f"{fault}: it is not sent to the vehicle; mend what it tells of.")
         elif not _includes(value, fit[name].neutral):
             values[name] = value
-    effects = tuple(_effect(finding) for finding in findings)
+    effects = tuple(_effect(finding) for finding in lasting)
     doubts = tuple(finding for finding in misfit.doubts if not values.keys().isdisjoint(finding.about))
     return Accepted(values, effects, tuple(dict.fromkeys(sentences)), doubts)
 
@@ -336,8 +342,7 @@ def _remarks(finding: Finding) -> list[str]:
     if finding.cause.effect.since_s:
         remarks.append(
             f"{capital(effect_words(finding.cause.effect))} is accepted as lasting, and is in the model from the start "
-            "of the next dive; whether it passed before this one's end was not tried: if it did, or is mended, leave "
-            "it out."
+            "of the next dive: if it is mended, leave it out."
         )
     if finding.cause.effect.caveat:
         remarks.append(finding.cause.effect.caveat)
@@ -388,4 +393,6 @@ def none_accepted(causes: Sequence[Finding]) -> str:
     listed_causes = listed(
         [f"{name_of(cause)} ({percent_bounded(cause.probability)} probable)" for cause in causes]
     )
+    if all(cause.cause.effect.has_ended for cause in causes):
+        return f"what was found is over, and so not accepted: {listed_causes}"
     return f"what was found is likelier absent than present, and so not accepted: {listed_causes}"

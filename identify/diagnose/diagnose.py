@@ -12,7 +12,7 @@ from identify.checks.actuation.motors import miswired_doubts
 from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import accepted_causes, library_with_changes
-from identify.diagnose.causes.onset import with_beginnings
+from identify.diagnose.causes.onset import unsought, with_beginnings
 from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
 from identify.diagnose.changed import changes_of, shift_of
 from identify.diagnose.filters.nominal import Nominal
@@ -230,6 +230,7 @@ def diagnose(
             *unjudged_notes(nominal),
             *unjudged_causes(lacks_itself - {OWN_VELOCITY}),
             *unjudged_by_check(lacks - lacks_itself),
+            *(unsought(nominal.course, tried) if verdict != "no_gap" else ()),
             *still,
             *((spikes_sentence(spiky),) if many else ()),
         ),

@@ -17,7 +17,7 @@ from identify.diagnose.causes.ambiguity import ambiguity_of, margin_by_filters
 from identify.diagnose.causes.candidates import Cause, natural_scale
 from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.ranking import ranked_candidates
-from identify.diagnose.causes.requirement import BEGINNING_NATS, LEAST_GAIN, LEAST_SIGMA, required_gain
+from identify.diagnose.causes.requirement import LEAST_GAIN, LEAST_SIGMA, required_gain, sought_nats
 from identify.diagnose.causes.search import Explanation
 from identify.diagnose.causes.seas import period_interval
 from identify.diagnose.causes.selection import MOST_CAUSES
@@ -87,8 +87,7 @@ def findings_of(
     groups = side_by_side(lambda k: ambiguity_of(explanation, k), range(len(explanation.causes)))
     for k, (cause, group) in enumerate(zip(explanation.causes, groups, strict=True)):
         others = explanation.weighing.fitted(_others(explanation, k))
-        # The time of a beginning was sought in all of the dive, in what is held out too.
-        sought = BEGINNING_NATS if cause.effect.since_s else 0.0
+        sought = sought_nats(cause.effect)
         probable = probability(group.margin_nats - sought, unexplained_nats)
         if probable < LIKELY:
             margin_nats = margin_by_filters(explanation, k, nominal, library) - sought

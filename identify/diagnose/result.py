@@ -349,6 +349,7 @@ def plain_effect(finding: Finding) -> dict[str, Any]:
         },
         **({"other_thrusters": list(finding.other_thrusters)} if finding.other_thrusters else {}),
         **({"since_s": effect.since_s} if (effect := finding.cause.effect).since_s else {}),
+        **({"until_s": effect.until_s} if effect.has_ended else {}),
         "feedforward_gain": None if gain is None else {"before": gain.before_m_s, "after": gain.after_m_s},
     }
 

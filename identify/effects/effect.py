@@ -1,5 +1,6 @@
 """Definition of an effect: name, sentence, parameters, and its contribution to forces and readings along a course."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
 from typing import Any, Literal
@@ -217,7 +218,8 @@ class Effect:
       asked over one more than the size); more than one if its shape changes with its size.
     - steep: its shape changes so abruptly that a size holds for no other than itself.
     - sudden: it may begin within a dive, as when a propeller breaks.
-    - since_s: time since the recording's start from which it acts, if it began within the dive (`beginning`).
+    - since_s: time since the recording's start from which it acts, if it began within the dive (`beginning`). until_s:
+      the same to which it acts, if it ended within it; inf if it did not.
     """
 
     name: str
@@ -249,6 +251,7 @@ class Effect:
     steep: bool = False
     sudden: bool = False
     since_s: float = 0.0
+    until_s: float = math.inf
     less: str = ""
     is_less: bool = False
     _throughout: "Effect | None" = None
@@ -269,7 +272,14 @@ class Effect:
         its beginning within a dive."""
         subject = f"{self.name} of thruster {self.number}" if self.number else self.name
         form = f"{subject} ({self.variant})" if self.variant else subject
+        if self.has_ended:
+            return f"{form} from {self.since_s:g} to {self.until_s:g} s"
         return f"{form} since {self.since_s:g} s" if self.since_s else form
+
+    @property
+    def has_ended(self) -> bool:
+        """Whether it ended within the dive."""
+        return math.isfinite(self.until_s)
 
     def none(self) -> Array:
         """Parameters (p,) at which the effect is absent."""
@@ -288,14 +298,23 @@ class Effect:
         return answer | {p.name: (float(v), p.unit) for p, v in zip(self.parameters, values, strict=True)}
 
 
-def beginning(effect: Effect, since_s: float, start_s: float) -> Effect:
-    """The effect, beginning `since_s` after the start of a recording, which is at `start_s` of a course's clock."""
+def beginning(effect: Effect, since_s: float, start_s: float, until_s: float = math.inf) -> Effect:
+    """The effect, beginning `since_s` after the start of a recording, which is at `start_s` of a course's clock, and
+    ending `until_s` after it. One that ended is no longer the vehicle's."""
 
     def act(course: Course, values: Array) -> Act:
-        after = (course.time_s >= start_s + since_s)[:, None]
-        return effect.act(course, values).each(lambda part: after * part)
+        within = (course.time_s >= start_s + since_s) & (course.time_s < start_s + until_s)
+        return effect.act(course, values).each(lambda part: within[:, None] * part)
 
-    return replace(effect, act=act, since_s=since_s, sudden=False, _throughout=effect)
+    return replace(
+        effect,
+        act=act,
+        since_s=since_s,
+        until_s=until_s,
+        sudden=False,
+        lasting=effect.lasting and math.isinf(until_s),
+        _throughout=effect,
+    )
 
 
 def past_the_shaft(course: Course, more_n: Array) -> Act:

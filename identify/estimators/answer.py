@@ -29,7 +29,12 @@ from identify.checks.fit.unread_speeds import unread_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, coefficients_of, worst
 from identify.estimators.axes.axis import Axes
-from identify.estimators.identifiability import with_bounds, with_drag_forces, with_identifiability
+from identify.estimators.identifiability import (
+    with_bounds,
+    with_drag_forces,
+    with_identifiability,
+    without_implausible,
+)
 from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
 from identify.estimators.missing_forces.drag_and_timing import (
@@ -225,6 +230,7 @@ def answered(fit: Identification, dive: Dive, file: VehicleFile) -> Identificati
         result = without_masses(result, feedback_doubts(dive, vehicle.water))
     result = with_bounds(result, configuration)
     result = with_priors(result, configuration.priors, vehicle.thrust_curve.scale_std)
+    result = without_implausible(result, configuration)
     result = with_identifiability(with_drag_forces(result))
     totals = result.parameters[:12]
     whole = (*totals, *(added_mass(total, configuration) for total in totals[:6]), *result.parameters[18:])

@@ -9,7 +9,7 @@ well. Then both are kept with their uncertainty.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -303,8 +303,8 @@ WIDEST = 5.0
 
 
 def with_bounds(answer: Identification, configuration: Configuration) -> Identification:
-    """Return the identification with values held to their bounds and reported, masses below the rigid body's doubted,
-    and axes with an absurd mass called not identifiable.
+    """Return the identification with values held to their bounds and reported, implausible masses doubted and called
+    not identifiable, and so the damping of an axis with an absurd mass.
 
     A logarithm can't reach a bound of 0. A damping counts as at that bound if the dive determines it well in N/(m/s)
     and its interval includes zero. If an axis has two dampings, either may well be zero, so neither counts as at the
@@ -319,24 +319,48 @@ def with_bounds(answer: Identification, configuration: Configuration) -> Identif
         )
         parameters.append(held)
         doubts += [] if doubt is None else [doubt]
-    absurd = {
-        BY_NAME[parameter.name].dof: reason
-        for parameter in parameters
-        if parameter.name in BY_NAME and (reason := _absurd(parameter, configuration))
-    }
+    absurd = _absurd_axes(parameters, configuration)
     doubted = {name for doubt in doubts for name in doubt.about}
     for dof, (problem, what_follows) in absurd.items():
         if MASSES[dof].name not in doubted:
             about = MASSES[dof].name, DAMPINGS[dof].name
             remedy = f"{what_follows}; check the vehicle file's thrusters and mass, and the sensors' axes and units."
             doubts.append(Doubt(about, problem, remedy, Outcome.DISAGREES))
-    left = tuple(
-        replace(parameter, identifiable=False, reason=": ".join(absurd[BY_NAME[parameter.name].dof]))
-        if parameter.identifiable and parameter.name in BY_NAME and BY_NAME[parameter.name].dof in absurd
-        else parameter
-        for parameter in parameters
+    return without_implausible(
+        replace(answer, parameters=tuple(parameters), doubts=tuple(doubts)), configuration
     )
-    return replace(answer, parameters=left, doubts=tuple(doubts))
+
+
+def without_implausible(answer: Identification, configuration: Configuration) -> Identification:
+    """Return the identification with masses that no such vehicle has, and the damping of an axis whose mass is absurd,
+    called not identifiable."""
+    absurd = _absurd_axes(answer.parameters, configuration)
+
+    def why(parameter: Estimate) -> str:
+        coefficient = BY_NAME.get(parameter.name)
+        if coefficient is None or not parameter.identifiable:
+            return ""
+        if coefficient.dof in absurd:
+            return ": ".join(absurd[coefficient.dof])
+        impossible = _impossible(parameter, configuration)
+        return "" if impossible is None else impossible[0]
+
+    return replace(
+        answer,
+        parameters=tuple(
+            replace(parameter, identifiable=False, reason=reason) if (reason := why(parameter)) else parameter
+            for parameter in answer.parameters
+        ),
+    )
+
+
+def _absurd_axes(parameters: Iterable[Estimate], configuration: Configuration) -> dict[int, tuple[str, str]]:
+    """The degrees of freedom with an absurd mass; why it is, and what follows."""
+    return {
+        BY_NAME[parameter.name].dof: reason
+        for parameter in parameters
+        if parameter.name in BY_NAME and (reason := _absurd(parameter, configuration))
+    }
 
 
 def _absurd(parameter: Estimate, configuration: Configuration) -> tuple[str, str] | None:
@@ -369,20 +393,27 @@ def _held(parameter: Estimate, configuration: Configuration, traded: bool) -> tu
         return _at(parameter, coefficient, "lower", coefficient.low)
     if parameter.value >= coefficient.high * (1 - NEAR):
         return _at(parameter, coefficient, "upper", coefficient.high)
+    if parameter.identifiable and (impossible := _impossible(parameter, configuration)):
+        return parameter, Doubt((parameter.name,), *impossible, Outcome.DISAGREES)
+    return parameter, None
+
+
+def _impossible(parameter: Estimate, configuration: Configuration) -> tuple[str, str] | None:
+    """Why no rigid body in water has this mass, and what to do; None if one may have it."""
+    coefficient = OF_HULL[parameter.name]
+    rigid, _ = configuration.rigid_body(coefficient.dof)
     came_out = f"{parameter.name} came out at {_written_out(parameter.value)} {parameter.unit}"
-    if parameter.identifiable and is_too_light(coefficient, parameter.high95, configuration):
+    if is_too_light(coefficient, parameter.high95, configuration):
         problem = f"{came_out}, below the rigid body's own {rigid:g}, which no water can take away"
-        remedy = "the vehicle file's thrust is too weak or its mass too large; measure both again."
-        return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
-    if parameter.identifiable and is_too_heavy(coefficient, parameter.low95, configuration):
+        return problem, "the vehicle file's thrust is too weak or its mass too large; measure both again."
+    if is_too_heavy(coefficient, parameter.low95, configuration):
         times = f"{parameter.value / rigid:.1f} times the vehicle file's dry mass"
-        problem = f"{came_out}, {times}, which no water round it can make up"
         remedy = (
             "it can hardly be this vehicle's; check the DVL's axes and scale, the order of the thrusters, and that the "
             "vehicle file and its dry mass are this vehicle's."
         )
-        return parameter, Doubt((parameter.name,), problem, remedy, Outcome.DISAGREES)
-    return parameter, None
+        return f"{came_out}, {times}, which no water round it can make up", remedy
+    return None
 
 
 def is_too_light(coefficient: Coefficient, high95: float, configuration: Configuration) -> bool:

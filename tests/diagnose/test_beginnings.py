@@ -13,10 +13,10 @@ from identify.challenge.case import draw_case
 from identify.challenge.planted_effects import Planted
 from identify.challenge.scenario import LAG, NOTHING, PULSE, no_force
 from identify.challenge.vehicles import LAG_S
-from identify.diagnose.accepted import _effect
+from identify.diagnose.accepted import _effect, none_accepted
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
-from identify.diagnose.causes.onset import with_beginnings
+from identify.diagnose.causes.onset import unsought, with_beginnings
 from identify.diagnose.causes.shafts import Search
 from identify.diagnose.diagnose import is_earlier
 from identify.diagnose.filters.nominal import refitted
@@ -79,6 +79,20 @@ def test_a_thruster_that_was_weak_all_along_has_no_beginning(nominal):
     assert with_beginnings(search, LIBRARY, 5.0) is search
 
 
+def test_a_dive_too_short_for_beginnings_says_that_none_was_looked_for():
+    short, long = (SimpleNamespace(since_s=np.array([0.0, last_s])) for last_s in (40.0, 60.0))
+    assert unsought(short, LIBRARY) == (
+        "Causes that begin within the dive were not looked for: it lasts 40 s, and that takes 60 s or more.",
+    )
+    assert unsought(long, LIBRARY) == unsought(short, (QUADRATIC_DRAG,)) == ()
+
+
+def test_a_short_dive_with_a_gap_says_so_beside_its_verdict():
+    diagnosis = diagnosed(draw_case(300_051, names=["quadratic_drag"], size=0.9, seconds=45.0))
+    assert diagnosis.verdict != "no_gap"
+    assert diagnosis.provisos[-1].startswith("Causes that begin within the dive were not looked for")
+
+
 def test_drag_never_begins_in_a_dive(broken):
     search = searched(broken, QUADRATIC_DRAG)
     assert with_beginnings(search, (QUADRATIC_DRAG,), 5.0) is search
@@ -121,9 +135,44 @@ def test_a_check_is_earlier_where_both_clocks_say_so():
     assert not is_earlier(dived(100.0), dived(None))
 
 
-def broken_case(seed, thruster, gain, seconds):
+def test_an_effect_that_ended_acts_in_its_stretch_alone_and_is_none_of_the_vehicles_any_more(nominal):
+    course = nominal.course
+    over = beginning(weak(2), 40.0, 5.0, 70.0)
+    whole, part = (effect.act(course, TENTH).wrench for effect in (weak(2), over))
+    within = (course.time_s >= 45.0) & (course.time_s < 75.0)
+    assert not part[~within].any()
+    assert np.array_equal(part[within], whole[within])
+    assert over.label == "weak_thruster of thruster 2 from 40 to 70 s"
+    assert (over.lasting, beginning(weak(2), 40.0, 5.0).lasting) == (False, True)
+    assert recurring((Cause(over, TENTH),), is_earlier=False) == []
+    finding = Finding(Cause(over, TENTH), (), {}, 0.9, {}, 100.0)
+    assert name_of(finding) == "weak thruster 2 from about 40 to 70 s"
+    assert (plain_effect(finding)["since_s"], plain_effect(finding)["until_s"]) == (40.0, 70.0)
+    assert none_accepted((finding,)).startswith(
+        "what was found is over, and so not accepted: weak thruster 2 from"
+    )
+
+
+def test_a_begun_effect_that_goes_on_tells_no_end():
+    assert "until_s" not in plain_effect(
+        Finding(Cause(beginning(weak(2), 70.0, 5.0), TENTH), (), {}, 0.9, {}, 1.0)
+    )
+
+
+def test_an_effect_that_passes_within_a_dive_is_named_with_its_beginning_and_its_end(nominal):
+    passed = with_cause(nominal, beginning(NET_BUOYANCY, 40.0, 0.0, 75.0), np.array([6.0]))
+    (cause,) = with_beginnings(searched(passed, *LIBRARY), LIBRARY, 0.0).explanation.causes
+    assert cause.effect.name == "net_buoyancy"
+    assert (cause.effect.since_s, cause.effect.until_s) == (
+        pytest.approx(40.0, abs=2.0),
+        pytest.approx(75.0, abs=2.0),
+    )
+    assert cause.values[0] == pytest.approx(6.0, rel=0.1)
+
+
+def broken_case(seed, thruster, gain, seconds, from_s=0.0, to_s=0.0):
     """A dive of the sealed dives' simulator, in the middle of which a thruster begins to give less than it is asked
-    for."""
+    for; or from and to these times."""
     case = draw_case(seed, kind="none", seconds=seconds)
     lost = (gain - 1.0) * allocation_matrix(case.vehicle.configuration)[:, thruster - 1]
 
@@ -131,7 +180,11 @@ def broken_case(seed, thruster, gain, seconds):
         scenario.drawn = no_force()._replace(
             size=lost,
             signal=np.array([PULSE + thruster - 1, NOTHING]),
-            when=(scenario.time_s >= 0.5 * scenario.time_s[-1]).astype(float),
+            when=(
+                (scenario.time_s >= from_s) & (scenario.time_s < to_s)
+                if to_s
+                else scenario.time_s >= 0.5 * scenario.time_s[-1]
+            ).astype(float),
             memory=LAG,
             memory_s=LAG_S,
         )
@@ -162,3 +215,56 @@ def test_a_thruster_that_breaks_in_a_dive_made_by_other_equations_is_named_alone
     assert finding.cause.effect.since_s == pytest.approx(0.5 * seconds, abs=3.0)
     told = finding.parameters["gain"]
     assert told.low95 < gain < told.high95 < 0.9
+
+
+def lighter_case(seed, force_n, since_s, seconds, until_s=np.inf):
+    """A dive of the sealed dives' simulator, from `since_s` to `until_s` of which a force pulls the vehicle up."""
+    case = draw_case(seed, kind="none", seconds=seconds)
+
+    def apply(scenario, _rng):
+        scenario.drawn = no_force()._replace(
+            size=np.array([0.0, 0.0, -force_n, 0.0, 0.0, 0.0]),
+            when=((scenario.time_s >= since_s) & (scenario.time_s < until_s)).astype(float),
+        )
+
+    return replace(case, planted=(Planted("net_buoyancy", {}, apply, 1.0, novel=True),))
+
+
+@pytest.mark.parametrize(
+    ("seed", "force_n", "since_s", "seconds"),
+    [
+        # The filters without it take it for a disturbance, and give it back in many turns.
+        (300_100, 15.0, 45.0, 120.0),
+        # They hide it whole until they are fitted with it.
+        (300_112, -5.7, 46.0, 100.0),
+    ],
+)
+def test_a_weight_that_changes_in_a_short_dive_is_found_with_its_size(seed, force_n, since_s, seconds):
+    diagnosis = diagnosed(lighter_case(seed, force_n, since_s, seconds))
+    (finding,) = diagnosis.findings
+    assert (diagnosis.verdict, finding.name) == ("explained", "net_buoyancy")
+    assert finding.cause.effect.since_s == pytest.approx(since_s, abs=1.0)
+    assert finding.parameters["force"].value == pytest.approx(force_n, rel=0.03)
+
+
+def test_a_pull_that_passes_in_a_dive_made_by_other_equations_is_told_with_its_end_and_is_not_accepted():
+    diagnosis = diagnosed(lighter_case(300_200, 8.0, 130.0, 400.0, until_s=210.0))
+    (finding,) = diagnosis.findings
+    effect = finding.cause.effect
+    assert (diagnosis.verdict, finding.name) == ("explained", "net_buoyancy")
+    assert (effect.since_s, effect.until_s) == (pytest.approx(130.0, abs=1.0), pytest.approx(210.0, abs=1.0))
+    assert finding.parameters["force"].value == pytest.approx(8.0, rel=0.03)
+    assert diagnosis.accepted.effects == ()
+    assert (
+        "Net buoyancy from about 130 to 210 s is over, and is not accepted." in diagnosis.accepted.sentences
+    )
+
+
+def test_a_thruster_that_is_weak_for_a_while_is_not_taken_for_one_that_is_weak_all_along():
+    """At the noise levels that take it for that, its own stretch saves too little to stand in its place."""
+    case = broken_case(300_221, 2, 0.2226375969512226, 300.0, 68.33688807855182, 167.54140171167774)
+    (finding,) = diagnosed(case).findings
+    effect = finding.cause.effect
+    assert finding.cause.key == ("weak_thruster", 2)
+    assert (effect.since_s, effect.until_s) == (pytest.approx(68.3, abs=1.0), pytest.approx(167.5, abs=1.0))
+    assert finding.parameters["gain"].value == pytest.approx(0.223, abs=0.03)

@@ -66,6 +66,25 @@ def test_a_mass_below_the_dry_mass_makes_data_and_model_disagree():
     assert any("below the rigid body's own 72" in sentence for sentence in answer.sentences)
 
 
+@pytest.mark.parametrize(
+    ("mass_kg", "words"),
+    [(60.0, "which no water can take away"), (612.0, "which no water round it can make up")],
+)
+def test_a_mass_that_no_such_vehicle_has_is_not_known_and_goes_nowhere(mass_kg, words):
+    """612 kg are 8.5 times the dry mass: less than what tells nothing of its axis, and more than water can add."""
+    answer = judged(fitted.fit(SURGE | {"M_u": mass_kg}, 1e-4 * np.eye(2)))
+    assert answer.values() == {"D_u": 50.0}
+    assert words in answer["M_u"].reason
+    assert words in answer["X_udot"].reason
+
+
+def test_a_mass_that_no_such_vehicle_has_stays_unknown_beside_priors_of_others():
+    fit = fitted.fit(SURGE | {"M_u": 612.0}, 1e-4 * np.eye(2))
+    answer = judged(fit, priors={"D_u": fitted.prior(50.0, 0.02)})
+    assert answer["D_u"].share_from_prior > 0.0
+    assert answer.values().keys() == {"D_u"}
+
+
 def test_thrusters_of_the_wrong_sign_give_no_parameter():
     dive = closed_loop.dive(np.random.default_rng(100_004), seconds=120.0)
     wrong = replace(dive, tau_cmd=Signal(dive.tau_cmd.time_s, -dive.tau_cmd.value))

@@ -3,6 +3,7 @@
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.weighing import Fitted
+from identify.effects.effect import Effect
 
 LEAST_GAIN, LEAST_SIGMA = 7.0, 1.0
 """Nats on held-out pieces, and standard errors of them, that a further cause must save among some forty candidates."""
@@ -26,8 +27,8 @@ autopilot's filter, whose lateness and smoothing are fitted, they are right to a
 """
 
 BEGINNING_NATS = 5.0
-"""Nats by which causes that begin within the dive must be worth more: the logarithm of the times in a dive that can be
-told apart, some 150."""
+"""Nats by which causes that begin within the dive must be worth more, and as many more if they end there: the logarithm
+of the times in a dive that can be told apart, some 150."""
 
 NEXT_TO_NONE = 0.5
 """Nats of a form's remainder below which no bound is sharpened: half the chance gain of one parameter."""
@@ -71,7 +72,15 @@ def shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
 
 
 def least_gain(cause: Cause) -> float:
-    return LEAST_TIMED_GAIN if cause.effect.sea or cause.effect.since_s else LEAST_GAIN
+    if cause.effect.sea or cause.effect.since_s:
+        return LEAST_TIMED_GAIN + (BEGINNING_NATS if cause.effect.has_ended else 0.0)
+    return LEAST_GAIN
+
+
+def sought_nats(effect: Effect) -> float:
+    """Nats by which an effect must be worth more because its beginning, and its end, were sought in all of the dive, in
+    what is held out too."""
+    return BEGINNING_NATS * (bool(effect.since_s) + effect.has_ended)
 
 
 def nats_apart(fit: Fitted, others: Fitted) -> float:

@@ -41,7 +41,10 @@ CLIMB_SHARE = 0.1
 LATE_S = 0.02
 """Delay or lag of the thrust from which the search begins with it."""
 
-MOST_TURNS, MOST_REFITS = 10, 5
+MOST_TURNS, MOST_REFITS, MOST_RISING = 10, 5, 20
+"""Turns of the search; refits of causes and noise levels in turns, and those while each turn still makes the filters
+likelier by LEAST_GAIN. Filters without a cause that sets in take it for a disturbance, and give it back in many small
+turns."""
 
 SETTLED = 1.0
 
@@ -312,8 +315,9 @@ def _settled(
     in_waves = any(cause.effect.sea and cause.act(course).water is None for cause in fit.causes)
     nominal = replace(nominal, joint=replace(nominal.joint, in_waves=in_waves))
     best: tuple[Weighing, Fitted] | None = None
-    for _ in range(MOST_REFITS):
+    for turn in range(MOST_RISING):
         now = refitted(nominal, [cause.act(weighing.now.course) for cause in fit.causes], weighing.now)
+        rise = np.inf if best is None else now.log_posterior - best[0].now.log_posterior
         if best is not None and now.log_posterior < best[0].now.log_posterior - AMBIGUOUS_NATS:
             return best
         weighing, before = at(now, fit.causes), fit
@@ -321,6 +325,8 @@ def _settled(
         if best is None or now.log_posterior > best[0].now.log_posterior:
             best = weighing, fit
         if _same(fit, before) or now.log_posterior < least_likely:
+            break
+        if turn + 1 >= MOST_REFITS and rise < LEAST_GAIN:
             break
     return weighing, fit
 

@@ -125,7 +125,7 @@ def predict(
 
 def recurring(causes: Sequence[Cause], is_earlier: bool) -> list[Cause]:
     """The causes that act in all of a further dive."""
-    lasting = without_seas(causes)
+    lasting = [cause for cause in without_seas(causes) if not cause.effect.has_ended]
     return [cause.throughout for cause in lasting if not (is_earlier and cause.effect.since_s)]
 
 

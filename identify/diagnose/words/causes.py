@@ -26,10 +26,13 @@ def alike_words(finding: Finding) -> tuple[str, ...]:
 
 
 def effect_words(effect: Effect) -> str:
-    """An effect's name in words, with its thruster's number if it has one, and its beginning within a dive."""
+    """An effect's name in words, with its thruster's number if it has one, and its beginning and end within a
+    dive."""
     name = of_thruster(effect.name, effect.number) if effect.number else words(effect.name)
     name = f"a change of {name}" if effect.variant == SINCE else name
     name = f"less {name}" if effect.is_less else name
+    if effect.has_ended:
+        return f"{name} from about {effect.since_s:.0f} to {effect.until_s:.0f} s"
     return f"{name} from about {effect.since_s:.0f} s on" if effect.since_s else name
 
 
