@@ -131,7 +131,7 @@ def _position_below(dive: Dive) -> tuple[Mend, ...]:
             f"A velocity that goes with the accelerometer goes with the position too by {as_height:.2f} if that counts "
             f"up, and by {as_it_is:.2f} if it counts down, so z points up"
         )
-        return (scaled("depth", (-1.0,), problem),) if as_height > as_it_is else ()
+        return (column_mend("depth", (-1.0,), problem),) if as_height > as_it_is else ()
     low, high = np.quantile(depth.value, (0.05, 0.95)).tolist()
     return _depth_below(dive) if high > -SHALLOW * (high - low) or high < -LARGEST_OFFSET_M else ()
 
