@@ -15,7 +15,7 @@ from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.causes import confidence as module
 from identify.diagnose.causes import search, selection
 from identify.diagnose.causes.ambiguity import ambiguity_of
-from identify.diagnose.causes.candidates import Cause, other_forms, other_variants
+from identify.diagnose.causes.candidates import Cause, other_forms, other_variants, settings_of
 from identify.diagnose.causes.confidence import chi_squared, covariance_of, without_doubtful
 from identify.diagnose.causes.requirement import remainder_nats
 from identify.diagnose.causes.search import explained_by
@@ -25,7 +25,7 @@ from identify.diagnose.findings import parameters_of, strongest_first, trials_of
 from identify.diagnose.result import Disturbance, Finding, plain_effect
 from identify.diagnose.verdict import next_of
 from identify.diagnose.words.causes import name_of
-from identify.effects.actuators import DEAD_ZONE, SATURATION, weak
+from identify.effects.actuators import DEAD_ZONE, DEAD_ZONE_SHIFTED, SATURATION, weak
 from identify.effects.effect import Effect
 from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
@@ -157,6 +157,23 @@ def test_other_sizes_of_a_limit_are_shares_of_itself_and_no_number_gets_lost(cou
     for size, act in zip((0.5, 2.0), acts, strict=False):
         np.testing.assert_array_equal(act.wrench, effect.act(course, size * values).wrench)
     assert all(np.isfinite(act.wrench).all() for act in acts)
+
+
+@pytest.mark.parametrize("effect", [DEAD_ZONE, DEAD_ZONE_SHIFTED], ids=lambda effect: effect.variant)
+def test_a_dead_zone_is_tried_up_to_a_quarter_of_what_a_strong_thruster_is_asked_for(course, effect):
+    def widths(most_n):
+        asked_n = course.asked_n * (most_n / np.abs(course.asked_n).max())
+        settings, causes = settings_of((effect,), replace(course, asked_n=asked_n))
+        assert len(settings) == len(causes)
+        return [float(cause.values[0]) for cause in causes]
+
+    usual = [0.5 * size for size in effect.sizes]
+    ratio = usual[-1] / usual[-2]
+    assert widths(8.0) == usual
+    strong = widths(100.0)
+    assert strong[: len(usual)] == usual
+    assert 25.0 / ratio < strong[-1] <= 25.0
+    assert strong[len(usual)] == pytest.approx(ratio * usual[-1])
 
 
 def test_a_limit_that_is_at_infinity_is_absent_in_every_form(course):

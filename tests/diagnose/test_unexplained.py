@@ -1,6 +1,7 @@
 """What is left beside the causes: slow forces, bursts, periods."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.scenario import Planted, Scenario
 from identify.diagnose.causes import seas
 from identify.diagnose.causes.candidates import Cause, companions, other_forms, possible_forms
+from identify.diagnose.causes.evidence import Candidates
 from identify.diagnose.causes.seas import period_interval, seas_of
 from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.nominal import Nominal, nominal_of, refitted
@@ -66,6 +68,25 @@ def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypat
     assert 2 in {shape.dof for shape in unexplained_of(weighing, fit).shapes}
     monkeypatch.setattr(unexplained, "LEAST_FORCE", 0.5)
     assert 2 not in {shape.dof for shape in unexplained_of(weighing, fit).shapes if shape.timing is None}
+
+
+@pytest.mark.parametrize(("apart", "count"), [(0.01, 0), (0.1, 1)])
+def test_a_large_force_that_masses_and_dampings_take_up_but_for_little_is_little(apart, count):
+    """Thrust less inertia less drag is next to nothing, whatever the size of the thrust in it."""
+    rng = np.random.default_rng(4)
+    thrust, other, noise = rng.standard_normal((3, 4000))
+    axis = unexplained._Axis(
+        SimpleNamespace(problem=SimpleNamespace(axis=SimpleNamespace(dof=5))),
+        100.0 * apart * other + noise,
+        thrust[:, None],
+        np.zeros(1),
+        np.repeat(np.arange(20), 200),
+    )
+    columns = Candidates(100.0 * (thrust + apart * other)[:, None], axis.piece)
+    selectable = SimpleNamespace(
+        of=lambda _axis: ([("thrust", "odd", thrust, None)], columns), least_force=lambda _dof: 0.02
+    )
+    assert len(unexplained._of_axis(axis, selectable)) == count
 
 
 @pytest.mark.parametrize("is_there", [True, False])

@@ -13,6 +13,7 @@ search allows for forms alone, so that a second cause keeps its evidence; only w
 too.
 """
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
@@ -33,6 +34,10 @@ NEAR = 0.02
 
 LEAST_SIZE = 0.12
 """Least noticeable size, in a parameter's natural scale."""
+
+MOST_LACKED = 0.25
+"""Share of the most that was asked of a thruster up to which a dead zone is tried: one that turns at less than half its
+speed not at all hardly steers a vehicle."""
 
 OTHER_SIZES = (0.5, 2.0)
 POWERS = (0.6, 1.6)
@@ -165,11 +170,26 @@ def settings_of(effects: tuple[Effect, ...], course: Course) -> tuple[tuple[Sett
     columns: list[Cause] = []
     settings = []
     for effect in effects:
-        for size in effect.sizes:
+        for size in sizes_of(effect, course):
             steps = _steps(effect, size, course)
             settings.append(Setting(effect, tuple(range(len(columns), len(columns) + len(steps))), steps))
             columns += [Cause(effect, _at(effect, step)) for step in steps]
     return tuple(settings), columns
+
+
+def sizes_of(effect: Effect, course: Course) -> tuple[float, ...]:
+    """Sizes at which an effect is tried along a course: those of the effect and, of a thrust that each thruster lacks,
+    as many more at the same ratio as lead to MOST_LACKED of the most that was asked.
+
+    A dead zone grows with the thruster: one of 100 N may give nothing below 6 N.
+    """
+    (*_, parameter), sizes = effect.parameters, effect.sizes
+    if len(sizes) < 2 or effect.acts_on != "thruster" or parameter.unit != "N" or np.isinf(parameter.none):
+        return sizes
+    most = MOST_LACKED * float(np.abs(course.asked_n).max()) / abs(parameter.start - parameter.none)
+    ratio = sizes[-1] / sizes[-2]
+    more = max(math.floor(math.log(max(most / sizes[-1], 1.0), ratio)), 0)
+    return (*sizes, *(sizes[-1] * ratio ** (k + 1) for k in range(more)))
 
 
 def _steps(effect: Effect, size: float, course: Course) -> Array:

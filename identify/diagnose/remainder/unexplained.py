@@ -290,11 +290,11 @@ def _precision(rows: Regression, known: Blocks, k: int, columns: Array) -> Array
     return np.concatenate([rows.nominal_precision[nominal], np.zeros(columns.shape[1] - len(nominal))])
 
 
-def _large(weigheds: list[_Weighed], least: float) -> Iterator[_Weighed]:
+def _large(weigheds: Sequence[_Weighed], shares: Array, least: float) -> Iterator[_Weighed]:
     """The forces before the first small force, as later forces may be its remainder; a force with a timing of its own
-    may be small, because no thrust curve causes it."""
-    for weighed in weigheds:
-        if weighed.size < least and weighed.shape.timing is None:
+    may be small, because no thrust curve causes it. shares (k,): of each that masses and dampings do not take up."""
+    for weighed, share in zip(weigheds, shares.tolist(), strict=True):
+        if weighed.size * share < least and weighed.shape.timing is None:
             return
         yield weighed
 
@@ -339,7 +339,17 @@ def _of_axis(axis: _Axis, selectable: _Selectable) -> list[_Weighed]:
         _Weighed(GenericForce(axis.dof, *shapes[k]), gain, float(size))
         for k, gain, size in zip(kept, gains, sizes, strict=True)
     ]
-    return [*_large(weigheds, selectable.least_force(axis.dof))]
+    return [*_large(weigheds, _shares_beyond(sums, candidates, kept), selectable.least_force(axis.dof))]
+
+
+def _shares_beyond(sums: NormalEquations, candidates: Candidates, kept: Sequence[int]) -> Array:
+    """Share of each force, in what the filters see of it, that no mass, damping or form of a cause takes up.
+
+    Thrust, drag and inertia nearly cancel, so that a thrust of any size, with masses and dampings as much larger, may
+    stand for next to nothing.
+    """
+    columns = candidates.columns[:, [*kept]]
+    return np.sqrt(sums.square[[*kept], [*kept]] / np.maximum((columns**2).sum(axis=0), 1e-300))
 
 
 def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:
