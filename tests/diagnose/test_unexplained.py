@@ -277,6 +277,16 @@ def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing)
     }
 
 
+@pytest.mark.parametrize(("share", "is_left"), [(0.005, False), (0.02, True)])
+def test_a_burst_counts_from_a_hundredth_of_the_thrust_on(weighing, monkeypatch, share, is_left):
+    course = weighing.now.course
+    size = share * float(np.std(course.wrench_of(course.thrust_n)[:, 1]))
+    burst = GenericForce(1, "time", None, np.ones(len(course.nu)), "intermittent")
+    monkeypatch.setattr(unexplained, "_bursts", lambda *_: [unexplained._Weighed(burst, 50.0, size)])
+    left = unexplained_of(weighing, weighing.fitted(()))
+    assert any(shape is burst for shape in left.shapes) is is_left
+
+
 def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
     rng = np.random.default_rng(2)
     noise, piece = rng.standard_normal(400) ** 2, np.arange(400) // 20

@@ -57,6 +57,11 @@ ratio). Some 1200 forces are tried, at one false alarm in a hundred dives: ln(12
 nats: a vehicle held level shows little of its inertia there, and much of its levelling.
 """
 
+LEAST_TIMED = 0.01
+"""Least force with a timing of its own, relative to thrust in that degree of freedom, both as standard deviations.
+Pulses come in steps, and somewhat late or early, so that an exact simulator's starts and stops look like bursts too, of
+up to half of this."""
+
 SURGE_AND_SWAY = (0, 1)
 
 
@@ -208,7 +213,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted, selectable: "_Selectable") 
         *(partial(_lines, axis, course, at_sea) for axis in axes),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
-    kept = _found(tests)[:MOST]
+    kept = [item for item in _found(tests) if not selectable.is_slight(item)][:MOST]
     return Unexplained(
         tuple(item.shape for item in kept),
         tuple(item.gain for item in kept),
@@ -314,6 +319,13 @@ class _Selectable:
     def least_force(self, dof: int) -> float:
         """Force that a thrust curve's error may make up, N or N m."""
         return LEAST_FORCE * float(self._thrust[dof])
+
+    def is_slight(self, item: _Weighed) -> bool:
+        """Whether bursts, a line or a slow force are next to nothing beside the thrust; a reading error has no
+        force."""
+        return 0 < item.size < LEAST_TIMED * float(self._thrust[item.shape.dof]) and (
+            item.shape.timing not in SELECTED
+        )
 
     def of(self, axis: _Axis) -> tuple[list[_Unit], Candidates]:
         """The forces of one axis, those of its own past included, and its responses to them."""
