@@ -6,7 +6,7 @@ of an autopilot's · `ardusub` the companion of one · `simulator` a vehicle tha
 
 `arrays` number types · `attitude` quaternions, angles and matrices · `clock` the boot clock, dates in names · `files`
 other people's files read with care, ours written whole · `locks` between programs · `plain`, `schema` untrusted YAML
-and JSON, and dataclasses made of it · `text` text harmless on any screen · `version` what is installed · `reports`
+and JSON, and dataclasses made of it · `text` text harmless on any screen · `version` the installed version · `reports`
 lines of JSON between programs · `command_line` options, and a run until it is stopped · `errors`, `exit_codes` how it
 ends.
 """

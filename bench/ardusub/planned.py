@@ -38,7 +38,7 @@ WITHIN: Final = Limits(space_m=4.5, depth_space_m=0.9, speed_m_s=0.5)
 READY_S: Final = 60.0
 FLIGHTS: Final = 5
 WIDEST, EACH = "widest", "each"
-"""What a flight is asked for: every mass as well as laps know the one they know worst, or each as well as laps do."""
+"""The aim of a flight: every mass as well as laps know the one they know worst, or each as well as laps do."""
 SLOWER: Final = ("rows at 0.3", "rows at 0.2")
 
 

@@ -24,7 +24,7 @@ class Pose:
 def dead_reckoned(pose: Pose, navigation: Navigation, dt_s: float) -> Pose:
     """The pose `dt_s` later: the measured velocity integrated over north and east, the measured depth and heading.
 
-    What is not measured (NaN) stays as it was.
+    A value that is not measured (NaN) stays as it was.
     """
     u, v, w = navigation.velocity
     qw, qx, qy, qz = navigation.attitude

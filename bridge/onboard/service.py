@@ -449,7 +449,7 @@ class Bridge:
         self._sides.end_step(self._clock.boot_s())
 
     def _say_unsaid(self) -> None:
-        """Say what waited while it listened for another companion; beside one, from the address that it knocks as."""
+        """Say the texts that waited while it listened for another companion; beside one, as `knocks_as`."""
         if self._companion is None or self._companion.listens(self._clock.boot_s()):
             return
         unsaid, self._unsaid = self._unsaid, []

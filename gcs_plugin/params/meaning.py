@@ -1,4 +1,4 @@
-"""What a parameter of a vehicle means, by its id and value: its coefficient, its unit, the value that it acts by.
+"""The meaning of a vehicle's parameter, by its id and value: its coefficient, its unit, the value that it acts by.
 
 Ids are `FF<configuration>_<COEFFICIENT>`, such as FF0_M_U, besides FF_MODE and the other parameters of the server.
 """

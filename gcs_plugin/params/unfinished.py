@@ -1,4 +1,4 @@
-"""An upload or roll back that was begun and never finished, and what to tell the crew about it."""
+"""An upload or roll back that was begun and never finished, and how the crew is told."""
 
 from collections.abc import Mapping
 from pathlib import Path

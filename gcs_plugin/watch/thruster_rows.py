@@ -1,4 +1,4 @@
-"""The thrusters of a picture: their names by their places on the vehicle, and what each is asked for and gives."""
+"""The thrusters of a picture: their names by their places, and the thrust asked of each and given."""
 
 import math
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What a batch keeps of the diagnosis of a dive: its causes with their sizes, as plain data and back.
+"""The part of a dive's diagnosis that a batch keeps: its causes with their sizes, as plain data and back.
 
 The sizes of effects that are not named are kept too, as they were fitted together with the causes: otherwise a trend
 would begin only when the effect is large enough to be named.

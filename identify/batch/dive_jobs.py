@@ -1,4 +1,4 @@
-"""What a job of a batch does with one dive: it identifies it, or diagnoses it."""
+"""A batch's job with one dive: to identify or to diagnose it."""
 
 import math
 from dataclasses import replace

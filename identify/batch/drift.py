@@ -32,7 +32,7 @@ VOLTAGE_STD_V = 0.05
 
 
 class Story(Enum):
-    """What the trends mean. The value is the sentence that the user reads, before its figures."""
+    """The meaning of the trends. The value is the sentence that the user reads, before its figures."""
 
     TOO_FEW = (
         "No trend can be told: it takes masses, or dampings, of three dated dives, not all of one moment"

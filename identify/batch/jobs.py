@@ -1,4 +1,4 @@
-"""A job of a batch: what is to be done with which recording, its key in the cache, and its result.
+"""A job of a batch: its work, the recording, its key in the cache, and its result.
 
 Jobs and results are sent to other processes, and to other computers.
 """
@@ -77,7 +77,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Against:
-    """What a diagnosis starts from.
+    """The start of a diagnosis.
 
     accepted: the accepted model of each configuration, None if nothing was accepted. without: effects that the dive's
     own conditions rule out.

@@ -1,4 +1,4 @@
-"""What the feed-forward gains by a cause: its velocity errors before and after."""
+"""The feed-forward's gain by a cause: velocity errors before and after."""
 
 from collections.abc import Sequence
 

@@ -8,7 +8,7 @@ import pytest
 from page_runner import ROOT
 
 from bridge.clock import SimulatedClock
-from bridge.flight.flight import End, Seen, State
+from bridge.flight.flight import End, FlightInputs, State
 from bridge.flight.limits import FlightLimits
 from bridge.links.link import memory_pair
 from bridge.onboard.flights import Flights
@@ -70,7 +70,7 @@ class Program:
     def begin_flight(self) -> None:
         now_s = self.clock.boot_s()
         self.link.flights.hear(SimpleNamespace(get_type=lambda: "HEARTBEAT"), now_s)
-        seen = Seen(now_s, self.link.navigation, self.link.armed, now_s)
+        seen = FlightInputs(now_s, self.link.navigation, self.link.armed, now_s)
         assert self.link.flights.flight.begin(replace(LIMITS, link_s=10.0), 1.5, 3.0, seen) == ""
 
 

@@ -1,4 +1,4 @@
-"""Says in sentences which signals a recording lacks, and what therefore can't be identified from it."""
+"""Says in sentences which signals a recording lacks, and the coefficients that it can't tell without them."""
 
 import numpy as np
 

@@ -28,7 +28,7 @@ from identify.statistics import Z95
 from identify.threads import side_by_side
 
 Change = Callable[[Array], Array]
-"""What a companion makes of a part (n, ...) of an act along a course."""
+"""A companion's part (n, ...) of an act along a course, from the act's."""
 
 NEAR = 0.02
 
