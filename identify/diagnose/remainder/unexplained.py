@@ -361,7 +361,8 @@ def _shares_beyond(sums: NormalEquations, candidates: Candidates, kept: Sequence
     stand for next to nothing.
     """
     columns = candidates.columns[:, [*kept]]
-    return np.sqrt(sums.square[[*kept], [*kept]] / np.maximum((columns**2).sum(axis=0), 1e-300))
+    squares = sums.square[[*kept], [*kept]]
+    return np.asarray(np.sqrt(squares / np.maximum((columns**2).sum(axis=0), 1e-300)))
 
 
 def _one_after_another(sums: NormalEquations, count: int) -> tuple[list[int], list[float]]:
