@@ -282,6 +282,13 @@ def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(hea
     assert (apart.names, apart.likeness, apart.margin_nats > 20) == ((), {}, True)
 
 
+def test_what_nature_does_not_allow_is_no_other_name_for_a_cause(heavy_nominal):
+    heavy = explained(heavy_nominal, NET_BUOYANCY, replace(THRUST_BIAS, possible=lambda *_: False))
+    (cause,) = heavy.causes
+    alike = ambiguity_of(heavy, 0)
+    assert (cause.effect.name, alike.names, alike.margin_nats > 20) == ("net_buoyancy", (), True)
+
+
 def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(heavy):
     course = heavy.now.course
     cause = Cause(QUADRATIC_DRAG, np.array([10.0, 0.0, 0.0, 0.0, 0.0, 0.0]))

@@ -54,7 +54,7 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
         if cause.key == cause_k.key:
             continue
         tried = weighing.fitted((*others.causes, cause))
-        if len(tried.causes) <= len(others.causes):
+        if len(tried.causes) <= len(others.causes) or not tried.causes[-1].possible(weighing.now.course):
             continue
         is_same = cause.effect.name == cause_k.effect.name
         if tried.gain > fit.gain - nearly:
