@@ -425,6 +425,21 @@ def test_a_late_thrust_is_named_by_the_form_with_which_the_filters_are_likeliest
     assert cause.values == pytest.approx(causes[planted].values, rel=0.15)
 
 
+def test_thrust_that_comes_earlier_than_the_vehicle_file_says_is_no_delay(monkeypatch):
+    of_first_order, in_two_stages = thruster_lag(0.1)
+    now = SimpleNamespace(course=None, log_posterior=0.0)
+    weighing = SimpleNamespace(library=(COMMAND_DELAY, of_first_order, in_two_stages), now=now)
+    likelier = SimpleNamespace(
+        now=SimpleNamespace(log_posterior=9.0), fitted=lambda causes: SimpleNamespace(causes=causes)
+    )
+    monkeypatch.setattr(Cause, "act", lambda *_: None)
+    monkeypatch.setattr(search, "refitted", lambda *_: None)
+    monkeypatch.setattr(search, "_settled", lambda *given: (given[1], given[2]))
+    quick = SimpleNamespace(causes=(Cause(of_first_order, np.array([0.09])),))
+    _, fit = search._with_likeliest_timing(None, weighing, quick, lambda *_: likelier)
+    assert all(cause.effect is not COMMAND_DELAY and cause.values[0] > 0.0 for cause in fit.causes)
+
+
 def test_a_late_thrust_is_known_no_better_than_its_stamps_and_dropped_where_these_may_make_it(nominal):
     delay = Cause(COMMAND_DELAY, np.array([0.2]))
     opposed = refitted(nominal, [delay.act(nominal.course).times(-1.0)])
