@@ -14,7 +14,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import Configuration
-from identify.diagnose.causes.ambiguity import ambiguity_of, margin_by_filters
+from identify.diagnose.causes.ambiguity import ambiguity_of, dvl_instead, margin_by_filters
 from identify.diagnose.causes.candidates import Cause, natural_scale
 from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.ranking import ranked_candidates
@@ -98,7 +98,7 @@ def findings_of(
         out.append(
             Finding(
                 cause,
-                group.names,
+                (*group.names, *dvl_instead(explanation, k, nominal, library)),
                 group.likeness,
                 probable,
                 _with_period_interval(cause, parameters_of(fit, k), explanation),
@@ -127,8 +127,9 @@ def beside_thrust_gain(
     }
 
     def may_be_gain(cause: Cause) -> bool:
-        of_file = given.get(cause.effect.label)
-        return of_file is not None and abs(float(cause.values[0])) <= Z95 * scale_std * abs(of_file)
+        of_file = given.get(cause.effect.label, 0.0)
+        by_thrust = of_file + float(cause.values[0]) if of_file else 0.0
+        return by_thrust != 0.0 and abs(of_file / by_thrust - 1.0) <= Z95 * scale_std
 
     return tuple(
         replace(each, also=(*each.also, THRUST_GAIN.name)) if may_be_gain(each.cause) else each

@@ -22,6 +22,7 @@ from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, w
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.effects.sensors import DEPTH_SCALE, DVL_SCALE
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 
@@ -367,6 +368,31 @@ def findings_beside(explanation, unexplained_nats):
     """The causes beside unknown forces, as probable as the regression holds them."""
     return findings.findings_of(
         explanation, explanation.fit.covariance, None, unexplained_nats, explanation.now, ()
+    )
+
+
+@pytest.mark.parametrize(
+    ("effect", "log_posterior", "also"),
+    [(DEPTH_SCALE, 98.0, ("dvl_scale",)), (DEPTH_SCALE, 96.0, ()), (DEAD_ZONE, 98.0, ())],
+    ids=["as likely", "less likely", "another cause"],
+)
+def test_a_dvl_that_reads_large_is_another_name_for_a_depth_that_reads_small(
+    monkeypatch, effect, log_posterior, also
+):
+    """Depth beside the speed up and down tells the ratio of both scales alone."""
+    given = []
+
+    def explained_by(causes, _nominal, _library, near):
+        given.extend(causes)
+        # A lower maximum lies near the filters with the other cause.
+        return SimpleNamespace(now=SimpleNamespace(log_posterior=log_posterior - 9.0 * (near is not None)))
+
+    monkeypatch.setattr(ambiguity, "explained_by", explained_by)
+    causes = (Cause(effect, np.array([0.8])),)
+    explanation = SimpleNamespace(causes=causes, now=SimpleNamespace(log_posterior=100.0))
+    assert ambiguity.dvl_instead(explanation, 0, None, (effect, DVL_SCALE)) == also
+    assert [(cause.effect, cause.values.tolist()) for cause in given] == (
+        2 * [(DVL_SCALE, [1.25])] if effect is DEPTH_SCALE else []
     )
 
 
