@@ -16,7 +16,7 @@ from identify.diagnose.causes.onset import unsought, with_beginnings
 from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
 from identify.diagnose.changed import changes_of, shift_of
 from identify.diagnose.filters.nominal import Nominal
-from identify.diagnose.findings import findings_of, strongest_first, trials_of
+from identify.diagnose.findings import beside_thrust_gain, findings_of, strongest_first, trials_of
 from identify.diagnose.gap.drift import ran_away
 from identify.diagnose.gap.measured import gap_of, measured_of
 from identify.diagnose.gap.missing import (
@@ -168,6 +168,7 @@ def diagnose(
     missing, left, heldout = measured.missing, measured.left, measured.heldout
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
+    causes = beside_thrust_gain(causes, configuration, file.vehicle.thrust_curve.scale_std)
     causes = causes if slow is None else slow.without_step(causes)
     causes, shown = beside_accepted(causes, heldout) if holds else (causes, ())
     left = replace(left, instead=0.0) if shown else left

@@ -123,6 +123,15 @@ def _saturated(course: Course, values: Array) -> Act:
     return before_the_shaft(course, _slow(course, -over))
 
 
+LEAST_LIMIT = 0.1
+"""Share of the most that was asked of a thruster below which a limit is none: thrusters that give next to nothing, with
+masses and drags of next to nothing, fit any motion."""
+
+
+def _may_limit(course: Course, values: Array) -> bool:
+    return bool(values[0] >= LEAST_LIMIT * np.abs(course.asked_n).max())
+
+
 SATURATION = Effect(
     "saturation",
     "thrusters that give no more than a limit",
@@ -134,6 +143,7 @@ SATURATION = Effect(
     model_part="limit_n",
     sizes=SIZES,
     needs=(PULSES,),
+    possible=_may_limit,
 )
 
 

@@ -125,6 +125,9 @@ PITCH_ROLL_COUPLING = tuple(
 )
 
 
+RIGHTING = PITCH_ROLL_COUPLING[0]
+
+
 def _buoyancy(course: Course, values: Array) -> Act:
     """A value above 0 acts upward, as in a vehicle file."""
     wrench = np.zeros_like(course.nu)

@@ -21,7 +21,7 @@ from identify.diagnose.causes.requirement import remainder_nats
 from identify.diagnose.causes.search import explained_by
 from identify.diagnose.causes.weighing import Fitted
 from identify.diagnose.filters.nominal import refitted
-from identify.diagnose.findings import parameters_of, strongest_first, trials_of
+from identify.diagnose.findings import beside_thrust_gain, parameters_of, strongest_first, trials_of
 from identify.diagnose.result import Disturbance, Finding, plain_effect
 from identify.diagnose.verdict import next_of
 from identify.diagnose.words.causes import name_of
@@ -31,7 +31,7 @@ from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, MUNK_MOMENT, MUNK_MOMENT_IN_YAW, QUADRATIC_DRAG
 from identify.effects.library import library
 from identify.effects.rigid_body import CG_OFFSET, CG_OFFSET_IN_SPACE, NET_BUOYANCY, THRUST_BIAS
-from identify.effects.sensors import DVL_BIAS
+from identify.effects.sensors import DVL_BIAS, WRONG_FEEDBACK_LOG
 
 
 def fit_of(gain: float, *effects: Effect) -> Fitted:
@@ -280,6 +280,30 @@ def test_weight_and_a_steady_push_down_are_one_to_a_vehicle_that_stays_level(hea
     monkeypatch.setattr("identify.diagnose.causes.ambiguity.LEAST_LIKENESS", 1.1)
     apart = ambiguity_of(heavy, 0)
     assert (apart.names, apart.likeness, apart.margin_nats > 20) == ((), {}, True)
+
+
+@pytest.mark.parametrize(
+    ("net_n", "upward_n", "also"),
+    [(-0.98, -0.196, ("thrust_bias", "thrust_gain")), (-0.98, -0.3, ("thrust_bias",)), (0.0, -0.196, ("thrust_bias",))],
+    ids=["within the thrust's error", "beyond it", "none in the file"],
+)  # fmt: skip
+def test_a_weight_that_the_thrusts_own_error_makes_is_told_beside_the_thrusts_gain(
+    course, net_n, upward_n, also
+):
+    """A file's thrust that is a fifth too strong takes a weight of 0.98 N for one of 1.18 N."""
+    finding = Finding(Cause(NET_BUOYANCY, np.array([upward_n])), ("thrust_bias",), {}, 0.98, {}, 30.0)
+    unknown = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
+    file = replace(course.configuration, net_buoyancy_n=net_n)
+    told, same = beside_thrust_gain([finding, unknown], file, 0.1)
+    assert told.also == also
+    assert same == unknown
+
+
+def test_what_nature_does_not_allow_is_no_other_name_for_a_cause(heavy_nominal):
+    heavy = explained(heavy_nominal, NET_BUOYANCY, replace(THRUST_BIAS, possible=lambda *_: False))
+    (cause,) = heavy.causes
+    alike = ambiguity_of(heavy, 0)
+    assert (cause.effect.name, alike.names, alike.margin_nats > 20) == ("net_buoyancy", (), True)
 
 
 def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(heavy):

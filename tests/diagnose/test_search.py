@@ -22,6 +22,7 @@ from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, w
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.effects.sensors import DEPTH_SCALE, DVL_SCALE
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
 
@@ -370,6 +371,31 @@ def findings_beside(explanation, unexplained_nats):
     )
 
 
+@pytest.mark.parametrize(
+    ("effect", "log_posterior", "also"),
+    [(DEPTH_SCALE, 98.0, ("dvl_scale",)), (DEPTH_SCALE, 96.0, ()), (DEAD_ZONE, 98.0, ())],
+    ids=["as likely", "less likely", "another cause"],
+)
+def test_a_dvl_that_reads_large_is_another_name_for_a_depth_that_reads_small(
+    monkeypatch, effect, log_posterior, also
+):
+    """Depth beside the speed up and down tells the ratio of both scales alone."""
+    given = []
+
+    def explained_by(causes, _nominal, _library, near):
+        given.extend(causes)
+        # A lower maximum lies near the filters with the other cause.
+        return SimpleNamespace(now=SimpleNamespace(log_posterior=log_posterior - 9.0 * (near is not None)))
+
+    monkeypatch.setattr(ambiguity, "explained_by", explained_by)
+    causes = (Cause(effect, np.array([0.8])),)
+    explanation = SimpleNamespace(causes=causes, now=SimpleNamespace(log_posterior=100.0))
+    assert ambiguity.dvl_instead(explanation, 0, None, (effect, DVL_SCALE)) == also
+    assert [(cause.effect, cause.values.tolist()) for cause in given] == (
+        2 * [(DVL_SCALE, [1.25])] if effect is DEPTH_SCALE else []
+    )
+
+
 def test_what_the_forms_of_other_causes_may_leave_makes_a_cause_no_more_probable(explained_drag, monkeypatch):
     monkeypatch.setattr(findings, "feedforward_gain", lambda *_: None)
     monkeypatch.setattr(findings, "margin_by_filters", lambda *_: 0.0)
@@ -423,6 +449,21 @@ def test_a_late_thrust_is_named_by_the_form_with_which_the_filters_are_likeliest
     (cause,) = fit.causes
     assert cause.effect is forms[planted]
     assert cause.values == pytest.approx(causes[planted].values, rel=0.15)
+
+
+def test_thrust_that_comes_earlier_than_the_vehicle_file_says_is_no_delay(monkeypatch):
+    of_first_order, in_two_stages = thruster_lag(0.1)
+    now = SimpleNamespace(course=None, log_posterior=0.0)
+    weighing = SimpleNamespace(library=(COMMAND_DELAY, of_first_order, in_two_stages), now=now)
+    likelier = SimpleNamespace(
+        now=SimpleNamespace(log_posterior=9.0), fitted=lambda causes: SimpleNamespace(causes=causes)
+    )
+    monkeypatch.setattr(Cause, "act", lambda *_: None)
+    monkeypatch.setattr(search, "refitted", lambda *_: None)
+    monkeypatch.setattr(search, "_settled", lambda *given: (given[1], given[2]))
+    quick = SimpleNamespace(causes=(Cause(of_first_order, np.array([0.09])),))
+    _, fit = search._with_likeliest_timing(None, weighing, quick, lambda *_: likelier)
+    assert all(cause.effect is not COMMAND_DELAY and cause.values[0] > 0.0 for cause in fit.causes)
 
 
 def test_a_late_thrust_is_known_no_better_than_its_stamps_and_dropped_where_these_may_make_it(nominal):

@@ -251,6 +251,16 @@ def test_shafts_show_what_a_saturation_takes_and_nothing_where_they_are_not_reco
     assert np.isnan(seen[:, 7]).all()
 
 
+def test_thrusters_that_give_next_to_nothing_are_not_limited(rich_course: Course) -> None:
+    """With masses and drags of next to nothing, no thrust fits any motion."""
+    most_n = float(np.abs(rich_course.asked_n).max())
+    assert SATURATION.possible is not None
+    allowed = [
+        SATURATION.possible(rich_course, np.array([share * most_n])) for share in (0.0, 0.05, 0.15, 0.9)
+    ]
+    assert allowed == [False, False, True, True]
+
+
 def test_a_limit_is_tried_at_shares_of_the_most_that_was_asked(rich_course: Course) -> None:
     """A pilot who asks for 1 N of thrusters of 35 N still finds a limit of half of that."""
     gentle = replace(rich_course, asked_n=rich_course.asked_n / np.abs(rich_course.asked_n).max())

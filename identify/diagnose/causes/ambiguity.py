@@ -10,12 +10,13 @@ from identify.diagnose.causes.confidence import LEAST_APART
 from identify.diagnose.causes.evidence import inverse
 from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.ranking import ranked_candidates
-from identify.diagnose.causes.requirement import nats_apart, remainder_nats
+from identify.diagnose.causes.requirement import AMBIGUOUS_NATS, nats_apart, remainder_nats
 from identify.diagnose.causes.search import Explanation, explained_by
 from identify.diagnose.causes.selection import LOOKED_AT
 from identify.diagnose.causes.weighing import Fitted, Weighing
 from identify.diagnose.filters.nominal import Nominal
 from identify.effects.effect import Effect
+from identify.effects.sensors import DEPTH_SCALE, DVL_SCALE
 
 RIVALS = 2
 """Number of the best rivals of a doubtful cause that the filters are fitted with in its place."""
@@ -54,7 +55,7 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
         if cause.key == cause_k.key:
             continue
         tried = weighing.fitted((*others.causes, cause))
-        if len(tried.causes) <= len(others.causes):
+        if len(tried.causes) <= len(others.causes) or not tried.causes[-1].possible(weighing.now.course):
             continue
         is_same = cause.effect.name == cause_k.effect.name
         if tried.gain > fit.gain - nearly:
@@ -67,6 +68,27 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
         elif not is_same:
             best_apart = max(best_apart, tried.gain)
     return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart, tuple(sorted(thrusters)))
+
+
+def dvl_instead(
+    explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]
+) -> tuple[str, ...]:
+    """The DVL's scale, if the k-th cause is that of the depth and the filters are as likely with the DVL's instead.
+
+    Depth beside the speed up and down tells a ratio of both scales. The search tries the DVL's not, because masses and
+    drags take it up where no depth is beside it.
+    """
+    cause = explanation.causes[k]
+    if cause.effect.name != DEPTH_SCALE.name or DVL_SCALE not in library:
+        return ()
+    others = (*explanation.causes[:k], *explanation.causes[k + 1 :])
+    instead = (*others, Cause(DVL_SCALE, 1.0 / cause.values))
+    # With it the masses are others by its scale: near those of the depth's there may be a lower maximum.
+    likeliest = max(
+        explained_by(instead, nominal, library, near).now.log_posterior for near in (None, explanation.now)
+    )
+    alike = likeliest > explanation.now.log_posterior - AMBIGUOUS_NATS
+    return (DVL_SCALE.name,) if alike else ()
 
 
 def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:

@@ -95,6 +95,12 @@ class Cause:
         return bool(np.any(np.isinf(none) | (np.abs(self.values - none) > LEAST_SIZE * size)))
 
     @property
+    def within_bounds(self) -> bool:
+        """Whether each parameter lies within its range."""
+        parameters = zip(self.effect.parameters, self.values.tolist(), strict=True)
+        return all(parameter.low <= value <= parameter.high for parameter, value in parameters)
+
+    @property
     def at_bound(self) -> bool:
         """Whether a parameter ended at a bound that is a guess: the dive then supports another form."""
         parameters = zip(self.effect.parameters, self.values.tolist(), strict=True)

@@ -209,7 +209,8 @@ def _with_likeliest_timing(
         taken = {each.key for each in without(fit.causes, k)}
         for effect in weighing.library:
             other = Cause(effect, effect.none() + late_s)
-            if not effect.timing or effect == cause.effect or other.key in taken:
+            if not effect.timing or effect == cause.effect or other.key in taken or not other.within_bounds:
+                # Thrust that comes earlier than the vehicle file says is no delay.
                 continue
             instead = (*fit.causes[:k], other, *fit.causes[k + 1 :])
             now = refitted(nominal, [each.act(weighing.now.course) for each in instead], weighing.now)
