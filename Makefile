@@ -58,7 +58,7 @@ test: $(COMPILED)
 
 # Numba can't read what it kept of a module that has another name by now.
 $(COMPILED): $(STAMP) $(KERNELS) tests/kernels.py
-	@find bench bridge identify tests -name '*.nb[ic]' -delete
+	@find . -path ./.venv -prune -o -name '*.nb[ic]' -exec rm {} +
 	@PYTHONDONTWRITEBYTECODE= OMP_NUM_THREADS=1 $(BIN)/python tests/kernels.py
 	@touch $(COMPILED)
 
