@@ -14,7 +14,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.vehicle.config import Configuration
-from identify.diagnose.causes.ambiguity import ambiguity_of, dvl_instead, margin_by_filters
+from identify.diagnose.causes.ambiguity import absorbed_instead, ambiguity_of, margin_by_filters
 from identify.diagnose.causes.candidates import Cause, natural_scale
 from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.ranking import ranked_candidates
@@ -30,7 +30,6 @@ from identify.diagnose.result import Finding, Tried, Value
 from identify.diagnose.shrink.shrunk import LIKELY
 from identify.effects.actuators import THRUST_GAIN
 from identify.effects.effect import Effect
-from identify.effects.rigid_body import NET_BUOYANCY, RIGHTING
 from identify.effects.sensors import WRONG_FEEDBACK_LOG
 from identify.statistics import Z95
 from identify.threads import side_by_side
@@ -98,7 +97,7 @@ def findings_of(
         out.append(
             Finding(
                 cause,
-                (*group.names, *dvl_instead(explanation, k, nominal, library)),
+                (*group.names, *absorbed_instead(explanation, k, nominal, library)),
                 group.likeness,
                 probable,
                 _with_period_interval(cause, parameters_of(fit, k), explanation),
@@ -115,19 +114,17 @@ def findings_of(
 def beside_thrust_gain(
     causes: Sequence[Finding], configuration: Configuration, scale_std: float
 ) -> tuple[Finding, ...]:
-    """The causes, with the thrust's gain beside a buoyancy or a righting moment that differs from the vehicle file's by
-    no more than the thrust may be off by, of relative standard deviation `scale_std`.
+    """The causes, with the thrust's gain beside one that differs from the vehicle file (`Effect.in_file`) by no more
+    than the thrust may be off by, of relative standard deviation `scale_std`.
 
-    Masses and drags are fitted to the thrust, and take up a gain of it. What the file gives in newtons is held against
-    the thrust, and seems to differ by that gain.
+    Masses and drags are fitted to the thrust, and take up a gain of it. A buoyancy or righting moment of the file is
+    held against the thrust, and seems to differ by that gain.
     """
-    given = {
-        NET_BUOYANCY.label: configuration.net_buoyancy_n,
-        RIGHTING.label: configuration.centre_of_gravity_below_buoyancy_m,
-    }
 
     def may_be_gain(cause: Cause) -> bool:
-        of_file = given.get(cause.effect.label, 0.0)
+        in_file = cause.effect.in_file
+        # One that begins within the dive is no error of the thrust, which lasts.
+        of_file = 0.0 if in_file is None or cause.effect.since_s else in_file(configuration)
         by_thrust = of_file + float(cause.values[0]) if of_file else 0.0
         return by_thrust != 0.0 and abs(of_file / by_thrust - 1.0) <= Z95 * scale_std
 

@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.config import Configuration
 from identify.effects.course import Course
 
 ActsOn = Literal["force", "thruster", "reading", "water", "body", "log"]
@@ -218,6 +219,9 @@ class Effect:
       asked over one more than the size); more than one if its shape changes with its size.
     - steep: its shape changes so abruptly that a size holds for no other than itself.
     - sudden: it may begin within a dive, as when a propeller breaks.
+    - may_be: an effect that a refit absorbs unless this one's reading is beside it, and its values by this one's: the
+      cause may be that instead.
+    - in_file: what the vehicle file gives of it, in newtons or metres, while thrust is known to its scale alone.
     - since_s: time since the recording's start from which it acts, if it began within the dive (`beginning`). until_s:
       the same to which it acts, if it ended within it; inf if it did not.
     """
@@ -250,6 +254,8 @@ class Effect:
     sizes: tuple[float, ...] = (1.0,)
     steep: bool = False
     sudden: bool = False
+    may_be: "tuple[Effect, Callable[[Array], Array]] | None" = None
+    in_file: Callable[[Configuration], float] | None = None
     since_s: float = 0.0
     until_s: float = math.inf
     less: str = ""

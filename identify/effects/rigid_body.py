@@ -104,28 +104,29 @@ PITCH_ROLL_COUPLING = tuple(
         Separation(manoeuvres=("a pitch step, and a weight that tilts it at rest",)),
         needs=("attitude",),
         variant=variant,
+        in_file=in_file,
     )
-    for sentence, act, variant in (
+    for sentence, act, variant, in_file in (
         (
             "righting moments other than the vehicle file's: the centre of mass lies lower below that of buoyancy",
             lambda course, values: Act(wrench=_righting(course, float(values[0]))),
             "righting",
+            lambda configuration: configuration.centre_of_gravity_below_buoyancy_m,
         ),
         (
             "a centre of mass that lies lower: it rights, and pitches with surge and rolls with sway",
             _low,
             "mass",
+            None,
         ),
         (
             "thrusters that push lower than the vehicle file says: pitch with surge thrust",
             _thrust_line,
             "thrust line",
+            None,
         ),
     )
 )
-
-
-RIGHTING = PITCH_ROLL_COUPLING[0]
 
 
 def _buoyancy(course: Course, values: Array) -> Act:
@@ -144,6 +145,7 @@ NET_BUOYANCY = Effect(
     Separation(manoeuvres=("a drift without thrust", "at depth again")),
     model_part="net_buoyancy_n",
     sudden=True,
+    in_file=lambda configuration: configuration.net_buoyancy_n,
 )
 
 

@@ -39,6 +39,8 @@ DEPTH_SCALE = Effect(
         manoeuvres=("known steps of depth, and the reading at the surface",),
         sensors=("a second depth sensor, an altimeter over a flat bottom, or a DVL's heave",),
     ),
+    # Depth beside the speed up and down tells the ratio of both scales.
+    may_be=(DVL_SCALE, np.reciprocal),
 )
 
 

@@ -390,7 +390,7 @@ def test_a_dvl_that_reads_large_is_another_name_for_a_depth_that_reads_small(
     monkeypatch.setattr(ambiguity, "explained_by", explained_by)
     causes = (Cause(effect, np.array([0.8])),)
     explanation = SimpleNamespace(causes=causes, now=SimpleNamespace(log_posterior=100.0))
-    assert ambiguity.dvl_instead(explanation, 0, None, (effect, DVL_SCALE)) == also
+    assert ambiguity.absorbed_instead(explanation, 0, None, (effect, DVL_SCALE)) == also
     assert [(cause.effect, cause.values.tolist()) for cause in given] == (
         2 * [(DVL_SCALE, [1.25])] if effect is DEPTH_SCALE else []
     )

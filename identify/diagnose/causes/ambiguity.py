@@ -16,7 +16,6 @@ from identify.diagnose.causes.selection import LOOKED_AT
 from identify.diagnose.causes.weighing import Fitted, Weighing
 from identify.diagnose.filters.nominal import Nominal
 from identify.effects.effect import Effect
-from identify.effects.sensors import DEPTH_SCALE, DVL_SCALE
 
 RIVALS = 2
 """Number of the best rivals of a doubtful cause that the filters are fitted with in its place."""
@@ -70,25 +69,25 @@ def ambiguity_of(explanation: Explanation, k: int) -> AmbiguityGroup:
     return AmbiguityGroup(tuple(names), likeness, fit.gain - best_apart, tuple(sorted(thrusters)))
 
 
-def dvl_instead(
+def absorbed_instead(
     explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]
 ) -> tuple[str, ...]:
-    """The DVL's scale, if the k-th cause is that of the depth and the filters are as likely with the DVL's instead.
+    """The effect that the k-th cause may be instead (`Effect.may_be`), if the filters are as likely with that.
 
-    Depth beside the speed up and down tells a ratio of both scales. The search tries the DVL's not, because masses and
-    drags take it up where no depth is beside it.
+    The search does not try it, because a refit of masses and drags mostly takes it up.
     """
     cause = explanation.causes[k]
-    if cause.effect.name != DEPTH_SCALE.name or DVL_SCALE not in library:
+    if cause.effect.may_be is None or cause.effect.may_be[0] not in library:
         return ()
+    effect, values_of = cause.effect.may_be
     others = (*explanation.causes[:k], *explanation.causes[k + 1 :])
-    instead = (*others, Cause(DVL_SCALE, 1.0 / cause.values))
-    # With it the masses are others by its scale: near those of the depth's there may be a lower maximum.
+    instead = (*others, Cause(effect, values_of(cause.values)))
+    # With it the masses are others: near those of the cause there may be a lower maximum.
     likeliest = max(
         explained_by(instead, nominal, library, near).now.log_posterior for near in (None, explanation.now)
     )
     alike = likeliest > explanation.now.log_posterior - AMBIGUOUS_NATS
-    return (DVL_SCALE.name,) if alike else ()
+    return (effect.name,) if alike else ()
 
 
 def margin_by_filters(explanation: Explanation, k: int, nominal: Nominal, library: Sequence[Effect]) -> float:
