@@ -2,6 +2,7 @@
 
 import gc
 import os
+import shutil
 import zlib
 from collections.abc import Iterator
 from copy import deepcopy
@@ -74,11 +75,9 @@ def _lines_as_wide_as_they_like(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture(autouse=True)
 def _no_recording_runs(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
-    """No test meets a recording of whoever runs the tests, nor the state or the OFF of another test."""
+    """No test meets a recording of whoever runs the tests, nor what another test left in the state folder."""
     state = tmp_path_factory.getbasetemp() / "state"
-    for pattern in ("recording.json", "off-ordered-*"):
-        for file in (state / "seatrial").glob(pattern):
-            file.unlink(missing_ok=True)
+    shutil.rmtree(state, ignore_errors=True)
     monkeypatch.setenv("XDG_STATE_HOME", str(state))
 
 
