@@ -46,7 +46,7 @@ def late_s(dive: Dive, water: Water) -> float:
     count = int((end_s - start_s) / WINDOW_S)
     if count < FEWEST_WINDOWS:
         return 0.0
-    edges_s = start_s + WINDOW_S * np.arange(count + 1)
+    edges_s = start_s + WINDOW_S * np.arange(count + 1, dtype=np.float64)
     # Turned at the velocity's own times: an attitude moves little in so short a time.
     earth = Signal(velocity.time_s, to_earth(attitude_at(attitude, velocity.time_s), velocity.value))
     body = velocity.value

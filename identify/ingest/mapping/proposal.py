@@ -120,7 +120,7 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     choices = _agreed_angles(choices, timed, time)
     if still := stillness(_dive(timed, map_of(time, choices), path)):
         gyro = next(each for each in choices if each.signal == "gyro")
-        notes.append(f"{', '.join(gyro.columns.named)}: not used for gyro. {still}.")
+        notes.append(f"{', '.join(filter(None, gyro.columns.columns))}: not used for gyro. {still}.")
         choices = tuple(each for each in choices if each is not gyro)
     by_name = choices
     choices = _by_travel(choices, candidates, timed, time)
