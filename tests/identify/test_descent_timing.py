@@ -5,11 +5,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fakes.planted import quiet
 
+from bench.missions.mission import draw_one
 from bridge.vehicle.config import Water
-from identify.checks.sensors.descent_timing import descent_timing_doubts, late_s
-from identify.dive import Dive, Signal
+from identify.checks.sensors.descent_timing import descent_timing_doubts, late_s, with_depth_of_the_dvl
+from identify.dive import Dive, Run, Signal
 from identify.doubt import Outcome
+from identify.estimators.likelihood.answer import estimate
 
 WATER = Water()
 T = np.arange(0.0, 120.0, 0.02)
@@ -54,3 +57,29 @@ def test_healthy_stamps_and_what_noise_hides_raise_no_doubt(late, noise):
 def test_without_a_depth_or_an_attitude_nothing_is_told():
     assert late_s(replace(dive(0.3), depth=None), WATER) == 0.0
     assert late_s(replace(dive(0.3), attitude=None), WATER) == 0.0
+
+
+def test_a_depth_of_another_clock_is_taken_by_the_dvls_within_each_run():
+    runs = tuple(
+        Run(name, Path(name), "", start_s, start_s + 60.0) for name, start_s in (("a", 0.0), ("b", 60.0))
+    )
+    late = replace(dive(0.25), runs=runs)
+    moved = with_depth_of_the_dvl(late, WATER)
+    assert late_s(moved, WATER) == 0.0
+    by = late_s(late, WATER)
+    assert by == pytest.approx(0.25, abs=0.03)
+    shifted = late.depth.time_s + by
+    stays = ((late.depth.time_s <= 60.0) == (shifted <= 60.0)) & (shifted <= late.span_s[1])
+    assert moved.depth.time_s == pytest.approx(shifted[stays], abs=1e-9)
+    healthy = dive(noise=2e-3)
+    assert with_depth_of_the_dvl(healthy, WATER) is healthy
+
+
+def test_heave_is_right_where_the_dvl_is_stamped_late_and_the_thrusts_delay_tells_by_how_much():
+    mission = draw_one(100_203, seconds=120.0, kind="depth steps")
+    velocity = mission.dive.velocity
+    late = replace(mission.dive, velocity=Signal(velocity.time_s + 0.3, velocity.value))
+    answer = estimate(late, mission.file, mission.configuration, quiet)
+    for name in ("M_w", "D_w"):
+        assert answer[name].low95 < mission.truth[name] < answer[name].high95, name
+    assert answer.thrust_delay.delay_s == pytest.approx(0.3, abs=0.05)

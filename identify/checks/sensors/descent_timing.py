@@ -1,8 +1,11 @@
 """Depth against the DVL: a velocity that is stamped later, or earlier, than the depth.
 
-Thrust tells the delay of both together with its own; of two sensors that disagree in time, the fit takes the one for
-noise, and its mass and damping are those of the other's stamps.
+Of two sensors that disagree in time, a fit takes the one for noise, and its mass and damping are far surer than they
+are. On one clock, the thrust's delay takes up whichever of them is late by the thrust.
 """
+
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -65,7 +68,10 @@ def late_s(dive: Dive, water: Water) -> float:
     best = int(np.argmin(left))
     gain = float(left[np.abs(lates_s) < LARGEST_LATE_S + 1e-9].min() / left[best])
     is_clear = gain > LEAST_GAIN and tables.shape[1] * np.log(gain) > DOUBTFUL_SCORE**2
-    return float(lates_s[best]) if is_clear and 0 < best < len(left) - 1 else 0.0
+    if not is_clear or best in (0, len(left) - 1):
+        return 0.0
+    before, least, after = left[best - 1 : best + 2].tolist()
+    return float(lates_s[best] + STEP_S * 0.5 * (before - after) / (before - 2.0 * least + after))
 
 
 def _changes(depth: Signal, earth: Signal, body: Array, edges_s: Array, by_s: float) -> Array:
@@ -88,9 +94,25 @@ def descent_timing_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
         Doubt(
             about,
             f"{first} is stamped some {1000 * abs(late):.0f} ms late, by {second}",
-            f"{' and '.join(about)} are those of the one or the other, and may be off by more than their intervals; "
-            "mend the clocks of both, or leave out the one that you trust less: seatrial doctor --wet tells how late "
-            "each sensor is.",
+            f"the fit takes the depth by the DVL's clock, and {' and '.join(about)} may be off by more than their "
+            "intervals; mend the clocks of both: seatrial doctor --wet tells how late each sensor is.",
             Outcome.DISAGREES,
         ),
     )
+
+
+def with_depth_of_the_dvl(dive: Dive, water: Water) -> Dive:
+    """The dive with its depth and pressure on the DVL's clock, where both contradict each other in time."""
+    late = late_s(dive, water)
+    if late == 0.0:
+        return dive
+    start_s, end_s = dive.span_s
+    moved: dict[str, Any] = {}
+    for name in ("depth", "pressure"):
+        if (signal := dive.signals().get(name)) is None:
+            continue
+        time_s = signal.time_s + late
+        stays = np.searchsorted(dive.breaks_s, time_s) == np.searchsorted(dive.breaks_s, signal.time_s)
+        stays &= (time_s >= start_s) & (time_s <= end_s)
+        moved[name] = Signal(time_s[stays], signal.value[stays])
+    return replace(dive, **moved)
