@@ -13,6 +13,7 @@ from identify.checks.actuation.controller import (
 from identify.checks.actuation.motors import miswired_doubts
 from identify.checks.fit.at_the_surface import surface_doubts
 from identify.checks.sensors.descent import descent_doubts
+from identify.checks.sensors.descent_timing import descent_timing_doubts
 from identify.checks.sensors.heading import turning_doubts
 from identify.checks.sensors.levelling import levelling_doubts
 from identify.dive import Dive
@@ -31,6 +32,7 @@ def contradictions(
         *frozen_doubts(dive),
         *stamp_doubts(dive),
         *descent_doubts(dive, file.vehicle.water),
+        *descent_timing_doubts(dive, file.vehicle.water),
         *surface_doubts(dive, file, configuration, fitted),
         *turning_doubts(dive),
         *levelling_doubts(dive),

@@ -12,7 +12,14 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import DOFS
 from identify.checks.sensors.scale import DOUBTFUL_SCORE, FEWEST_WINDOWS, Scale, scale_of
-from identify.checks.sensors.windows import edge_means, finite_readings, integral, well_read, within_runs
+from identify.checks.sensors.windows import (
+    edge_means,
+    finite_readings,
+    integral,
+    slow,
+    well_read,
+    within_runs,
+)
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, coefficients_of
 from identify.ingest.rotation import euler_angles
@@ -20,10 +27,6 @@ from identify.statistics import left_of
 from identify.words import capital
 
 WINDOW_S, EDGE_S = 1.0, 0.25
-
-NEAR = 10
-"""Windows on either side whose mean is subtracted from a window: a gyro's bias drifts, in all axes alike as it
-warms."""
 
 LARGEST_OFF, LARGEST_SHARE = 0.2, 0.2
 """Shares of the angle turned through, and of the other axis's angle. Filters and mountings of healthy sensors cause
@@ -125,7 +128,8 @@ def levelling(dive: Dive) -> Levelling | None:
     tables = tables[:, kept & np.isfinite(tables).all(axis=(0, 2))]
     if tables.shape[1] < FEWEST_WINDOWS:
         return None
-    tables -= _slow(tables)
+    # A gyro's bias drifts, in all axes alike as it warms.
+    tables -= slow(tables)
     ones = np.ones(tables.shape[1])
     changes = [
         _Changes(table[:, :2], table[:, 2:4], np.column_stack([ones, table[:, 4]])) for table in tables
@@ -195,16 +199,6 @@ def _table(gyro: Signal, attitude: Signal, edges_s: Array, late_s: float) -> Arr
     lay = np.searchsorted(lying_s, edges_s[1:] + EDGE_S) > np.searchsorted(lying_s, edges_s[:-1] - EDGE_S)
     changes[lay | ~(well_read(time_s, edges_s) & well_read(gyro.time_s, edges_s))] = np.nan
     return changes
-
-
-def _slow(tables: Array) -> Array:
-    """Running mean over a window and NEAR windows on either side, for (k, n, columns). Near the ends it uses fewer,
-    as many on either side, so that subtracting the mean removes a trend entirely."""
-    count = tables.shape[1]
-    total = np.concatenate([np.zeros_like(tables[:, :1]), np.cumsum(tables, axis=1)], axis=1)
-    at = np.arange(count)
-    near = np.minimum(NEAR, np.minimum(at, count - 1 - at))
-    return np.asarray((total[:, at + near + 1] - total[:, at - near]) / (2 * near + 1)[:, None])
 
 
 def _latest(late_s: Array, left: Array, windows: int) -> int:

@@ -116,6 +116,15 @@ def turn_match(dive: Dive) -> Match | None:
 
 def turn_table(dive: Dive) -> tuple[tuple[Match | None, ...], ...] | None:
     """By axis of the attitude's turning and by axis of the gyro, how alike they move over windows."""
+    turns = turns_of(dive)
+    if turns is None:
+        return None
+    seen, said = turns
+    return tuple(tuple(matched(seen[:, a], said[:, b], LEAST_TURN_RAD) for b in range(3)) for a in range(3))
+
+
+def turns_of(dive: Dive) -> tuple[Array, Array] | None:
+    """Turns (windows, 3), rad, in the body's axes over windows, by the attitude and by the gyro."""
     attitude, gyro = readings(dive.attitude), readings(dive.gyro)
     edges_s = window_edges((attitude, gyro)) if attitude is not None and gyro is not None else None
     if attitude is None or gyro is None or edges_s is None:
@@ -125,7 +134,7 @@ def turn_table(dive: Dive) -> tuple[tuple[Match | None, ...], ...] | None:
     said = np.diff(
         np.column_stack([integral(gyro.time_s, gyro.value[:, k], edges_s) for k in range(3)]), axis=0
     )
-    return tuple(tuple(matched(seen[:, a], said[:, b], LEAST_TURN_RAD) for b in range(3)) for a in range(3))
+    return seen, said
 
 
 def tilt_match(dive: Dive) -> Match | None:

@@ -12,6 +12,9 @@ LEAST_READ = 0.8
 EDGE_S = 0.5
 """The value at a window's edge is the mean over this long before and after it."""
 
+NEAR = 10
+"""Windows on either side whose mean is that of a slow drift."""
+
 
 def finite_readings(signal: Signal | None) -> Signal | None:
     """The finite readings of a signal; None if fewer than two."""
@@ -50,3 +53,13 @@ def edge_means(time_s: Array, value: Array, edges_s: Array, edge_s: float = EDGE
     first, last = np.searchsorted(time_s, edges_s - edge_s), np.searchsorted(time_s, edges_s + edge_s)
     count = (last - first)[:, None]
     return np.where(count > 0, (total[last] - total[first]) / np.maximum(count, 1), np.nan)
+
+
+def slow(tables: Array) -> Array:
+    """Running mean over a window and NEAR windows on either side, for (k, n, columns). Near the ends it uses fewer,
+    as many on either side, so that subtracting the mean removes a trend entirely."""
+    count = tables.shape[1]
+    total = np.concatenate([np.zeros_like(tables[:, :1]), np.cumsum(tables, axis=1)], axis=1)
+    at = np.arange(count)
+    near = np.minimum(NEAR, np.minimum(at, count - 1 - at))
+    return np.asarray((total[:, at + near + 1] - total[:, at - near]) / (2 * near + 1)[:, None])

@@ -18,6 +18,7 @@ from bridge.vehicle.config import Configuration, VehicleFile
 from identify import nuisance
 from identify.checks.actuation.controller import unrecorded
 from identify.checks.fit.thrust_timing import lateness_note
+from identify.checks.sensors.descent_timing import with_depth_of_the_dvl
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, coefficients_of
 from identify.estimators.answer import Fitted, answer_of, unsettled_doubt
@@ -52,7 +53,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began_s = time.perf_counter()
-    axes = shared_axes(dive, file, configuration_name)
+    axes = shared_axes(with_depth_of_the_dvl(dive, file.vehicle.water), file, configuration_name)
     built = axes.value
     configuration = file.vehicle.configurations[configuration_name]
     spoilt = {finding.dof: finding for finding in unrecorded(dive, file.vehicle.water)}

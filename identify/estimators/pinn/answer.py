@@ -9,6 +9,7 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES, OF_HULL
 from bridge.vehicle.config import VehicleFile
 from identify import nuisance
 from identify.checks.actuation.controller import unrecorded
+from identify.checks.sensors.descent_timing import with_depth_of_the_dvl
 from identify.dive import Dive
 from identify.doubt import Doubt
 from identify.estimators.answer import Fitted, answer_of, unsettled_doubt
@@ -28,7 +29,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     Raises FitError if the recording is too short, or holds no thruster command at all.
     """
     began_s = time.perf_counter()
-    axes = shared_axes(dive, file, configuration_name)
+    axes = shared_axes(with_depth_of_the_dvl(dive, file.vehicle.water), file, configuration_name)
     built = axes.value
     fit = fit_network(dive, file, configuration_name, built, progress) if built.axes else None
     fitted = _fitted(fit)

@@ -34,6 +34,8 @@ FORCE = re.compile(r"(?<![a-z])(?:forces?|thrusts?)(?![a-z])")
 FILTERED = re.compile(r"filtered|ekf|estimat|odom|local_position")
 WRENCH = "XYZKMN"
 IN_NEWTONS = re.compile(r"([XYZ])[ _]?[\[(]?N[\])]?|([KMN])[ _]?[\[(]?N[ ·*.]?m[\])]?")
+ANGLES = re.compile(r"\d+:(?:.*_)?(?:orientation|attitude)_\*")
+"""Families of names whose three numbers are angles: a quaternion has a fourth."""
 _EAST_FIRST = {0: 1, 1: 0, 2: 2}
 """Places in east, north, up of those in north, east."""
 
@@ -131,6 +133,8 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
         elif signal == "velocity" and OF_EARTH.search(snake(stream.name)):
             # ROS begins the names of its topics with a slash.
             frame = "ENU" if stream.name.startswith("/") else "NED"
+        if signal == "quaternion" and len(fields) == WIDTHS["euler"] and ANGLES.fullmatch(family):
+            signal, fields = "euler", dict(enumerate(fields[place] for place in sorted(fields)))
         yield Candidate(signal, stream, fields, *about[key], frame)
 
 

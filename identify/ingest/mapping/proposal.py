@@ -11,6 +11,7 @@ from bridge.errors import LogError
 from identify.checks.mapping.first_mapping import mends
 from identify.checks.mapping.frames import EAST_FIRST, UP, earth_mends, is_of_earth
 from identify.checks.mapping.mend import FLU, Mend
+from identify.checks.readings.still_gyro import stillness
 from identify.checks.sensors.sensor_pairs import CLEAR, Match, agreeing, turn_match
 from identify.dive import Dive, Signal
 from identify.ingest.files.streams import Stream, Streams
@@ -117,6 +118,10 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
         except LogError as error:
             notes.append(f"No signal was held against another, as this map reads no dive. {error}.")
     choices = _agreed_angles(choices, timed, time)
+    if still := stillness(_dive(timed, map_of(time, choices), path)):
+        gyro = next(each for each in choices if each.signal == "gyro")
+        notes.append(f"{', '.join(filter(None, gyro.columns.columns))}: not used for gyro. {still}.")
+        choices = tuple(each for each in choices if each is not gyro)
     by_name = choices
     choices = _by_travel(choices, candidates, timed, time)
     of_earth = [choice for choice in choices if choice.columns.frame in EARTH]

@@ -21,7 +21,9 @@ LEAST_RISING = 0.95
 FEWEST_EQUAL, EQUAL_WITHIN = 20, 0.01
 """Least number of equal steps by which a column without a time's name is one, and the share within which they are."""
 
-TIME_FIRST = ("header_stamp", "stamp", "timestamp", "time", "t")
+TIME_FIRST = ("field_header_stamp", "header_stamp", "stamp", "timestamp", "time", "t")
+"""Names of a time, the most telling first: `rostopic echo -p` writes when it got a message as `time`, and what is in
+the message as `field`."""
 COARSEST_FIRST = ("s", "ms", "us", "ns")
 
 
