@@ -54,7 +54,8 @@ def test_healthy_stamps_and_what_noise_hides_raise_no_doubt(late, noise):
     assert descent_timing_doubts(dive(late, noise), WATER) == ()
 
 
-def test_without_a_depth_or_an_attitude_nothing_is_told():
+def test_without_a_depth_or_an_attitude_and_of_an_autopilots_own_filter_nothing_is_told():
+    assert late_s(replace(dive(0.3), velocity_is_filtered=True), WATER) == 0.0
     assert late_s(replace(dive(0.3), depth=None), WATER) == 0.0
     assert late_s(replace(dive(0.3), attitude=None), WATER) == 0.0
 

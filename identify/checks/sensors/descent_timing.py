@@ -38,7 +38,12 @@ STILL_M = 2e-3
 
 
 def late_s(dive: Dive, water: Water) -> float:
-    """By how much the DVL's readings are stamped later than the depth's; 0 if noise may explain it, or if unknown."""
+    """By how much the DVL's readings are stamped later than the depth's; 0 if noise may explain it, or if unknown.
+
+    An autopilot's own filter is late by itself, by as much as its fit says (`timing.autopilot_velocity`).
+    """
+    if dive.velocity_is_filtered:
+        return 0.0
     depth, attitude = finite_readings(dive.depth_by(water)), finite_readings(dive.attitude)
     velocity = finite_readings(dive.velocity)
     if depth is None or velocity is None or attitude is None:
