@@ -17,6 +17,7 @@ from identify.diagnose.causes.evidence import Candidates
 from identify.diagnose.causes.seas import period_interval, seas_of
 from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.nominal import Nominal, nominal_of, refitted
+from identify.diagnose.filters.regression import regression_of
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
 from identify.diagnose.remainder.bursts import _StretchScores, bursts, mixture_gain
@@ -25,6 +26,7 @@ from identify.diagnose.remainder.slow import slow_axes, slow_forces
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.result import Next
 from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
+from identify.dive import Signal
 from identify.effects.actuators import thruster_lag
 from identify.effects.course import lagged
 from identify.effects.effect import Act
@@ -305,6 +307,20 @@ def test_a_wild_reading_is_no_blow(weighing):
     wild[::150] += 30.0
     gains = [max(burst.gain for burst in bursts({0: (axis, values)}, time_s)) for values in (rows, wild)]
     assert gains[1] < gains[0] + 5.0
+
+
+def test_a_velocity_that_is_read_seldom_for_some_time_makes_no_burst_of_noise():
+    """Where it is read seldom, noise makes little of a push's score."""
+    case = draw_case(391_518, kind="none", seconds=240.0)
+    dive = dive_of(case)
+    velocity = dive.velocity
+    kept = ((velocity.time_s - velocity.time_s[0]) % 60.0 < 30.0) | (np.arange(len(velocity)) % 16 == 0)
+    seldom = replace(dive, velocity=Signal(velocity.time_s[kept], velocity.value[kept]))
+    now = planted_nominal(case, seldom)
+    for axis in regression_of(now.joint, now.theta, ()).axes[:2]:
+        noise = np.random.default_rng(6).standard_normal(len(axis.std))
+        found = bursts({axis.problem.axis.dof: (axis, noise)}, now.course.time_s)
+        assert max((burst.gain for burst in found), default=0.0) < 11.7
 
 
 def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(weighing, monkeypatch):

@@ -1,7 +1,11 @@
-"""Bursts: forces that come and go, as blows or as beats that last for seconds, in the innovations."""
+"""Bursts: forces that come and go, as blows or as beats that last for seconds, in the innovations.
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+How far a push shows differs from stretch to stretch: quadratic drag stops it at speed and hardly at rest, and a
+velocity that is read seldom shows little of it. Each stretch is judged by what noise alone makes of its score.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
@@ -36,6 +40,13 @@ MOST_SIGMA = 4.0
 """Clip of a row: a blow moves many rows, a single outlier is none."""
 
 LEAST_STRETCHES = 20
+
+DRAWS = 128
+"""Draws of noise alone, which tell the spread of a stretch's score to 6 %."""
+
+LEAST_SHOWN = 0.2
+"""Least spread of a stretch's score, relative to that of all: where a push shows less, next to no score would be much.
+"""
 
 ROUNDS = 30
 
@@ -72,24 +83,36 @@ class _Stretches:
             first += count
         return out, within
 
-    def sums(self, at_s: Array, score: Array, rates: Sequence[float]) -> list["_StretchScores"]:
-        """The score (n,) at times (n,) by stretch, turned at each of some rates in rad/s; at 0 as it is."""
+    def sums(self, of: "_AxisScores", rates: Sequence[float]) -> list["_StretchScores"]:
+        """The score by stretch, turned at each of some rates in rad/s; at 0 as it is."""
+        total = self._totals(of.at_s)
+        return [_StretchScores(total(of.score[None], rate)[0], 1.0, rate) for rate in rates]
+
+    def beside_noise(self, scores: "_StretchScores", of: "_AxisScores") -> "_StretchScores":
+        """The score by stretch, over the spread that noise alone has in each."""
+        square = np.mean(self._totals(of.at_s)(of.noise, scores.rate) ** 2, axis=(0, 2))
+        spread = np.sqrt(np.maximum(square, LEAST_SHOWN**2 * np.mean(square)))
+        value = scores.total / np.maximum(spread, 1e-300)[:, None]
+        size = max(float(np.sqrt(np.mean(value**2))), 1e-300)
+        # The variance of a push's score is the precision of that push.
+        return replace(scores, total=value / size, unit=1.0 / np.maximum(spread * size, 1e-300))
+
+    def _totals(self, at_s: Array) -> Callable[[Array, float], Array]:
+        """What sums scores (k, n) at times (n,) by stretch, turned at a rate: (k, m, dims)."""
         count = self.count
         index, within = self.at(at_s)
         index = np.where((index < 0) | (index > count), count, index)
-        score = score * _weight(within)
+        first = np.flatnonzero(np.diff(index, prepend=-1))
+        stretches, weight = index[first], _weight(within)
 
-        def sum_(wave: Array) -> Array:
-            return np.asarray(np.bincount(index, wave, minlength=count + 1)[:count])
+        def total(scores: Array, rate: float) -> Array:
+            waves = [weight] if rate == 0 else [weight * np.cos(rate * at_s), weight * np.sin(rate * at_s)]
+            out = np.zeros((len(scores), count + 1, len(waves)))
+            for k, wave in enumerate(waves):
+                out[:, stretches, k] = np.add.reduceat(scores * wave, first, axis=1)
+            return out[:, :count]
 
-        out = []
-        for rate in rates:
-            waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
-            total = np.column_stack([*map(sum_, waves)])
-            spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
-            # The variance of a push's score is the precision of that push.
-            out.append(_StretchScores(total / spread, 1.0 / spread))
-        return out
+        return total
 
     def burst(self, dof: int, scores: "_StretchScores", square: Array, dims: int) -> Iterator["Burst"]:
         """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise."""
@@ -101,14 +124,25 @@ class _Stretches:
 
 
 @dataclass(frozen=True)
+class _AxisScores:
+    """One axis' score (n,) by instant, at times at_s (n,), and those of draws of noise alone (draws, n)."""
+
+    at_s: Array
+    score: Array
+    noise: Array
+
+
+@dataclass(frozen=True)
 class _StretchScores:
     """One axis' score by stretch.
 
-    total (m, dims): score over its standard deviation; unit: newtons of one such standard deviation.
+    total (m, dims): score, over its standard deviation once it is held against noise; unit (m,): newtons of one such
+    standard deviation. rate: at which it is turned, rad/s.
     """
 
     total: Array
-    unit: float
+    unit: Array | float
+    rate: float = 0.0
 
     @property
     def square(self) -> Array:
@@ -154,20 +188,24 @@ def bursts(
 ) -> Iterator[Burst]:
     """The likeliest burst of every length, in the residual rows of each axis (by degree of freedom). runs_s: first and
     last time of each run of a dive made of several."""
-    clipped = {
-        dof: (innovations.problem.axis.time_s, scores(innovations, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
-        for dof, (innovations, rows) in left.items()
-    }
+    rng = np.random.default_rng(0)
+
+    def by_instant(innovations: AxisInnovations, rows: Array) -> _AxisScores:
+        noise = np.array([scores(innovations, draw) for draw in rng.standard_normal((DRAWS, len(rows)))])
+        clipped = np.clip(rows, -MOST_SIGMA, MOST_SIGMA)
+        return _AxisScores(innovations.problem.axis.time_s, scores(innovations, clipped), noise)
+
+    of_axes = {dof: by_instant(*of_axis) for dof, of_axis in left.items()}
     runs_s = runs_s or ((float(time_s[0]), float(time_s[-1])),)
     for long_s, later in product((*BLOWS_S, *BEATS_S), LATER):
         stretches = _Stretches(long_s, later, runs_s)
         if stretches.count >= LEAST_STRETCHES:
             of_length = _blows if long_s in BLOWS_S else _beats
-            yield from of_length(stretches, clipped)
+            yield from of_length(stretches, of_axes)
 
 
-def _blows(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
-    by_dof = {dof: stretches.sums(*axis, (0.0,))[0] for dof, axis in clipped.items()}
+def _blows(stretches: _Stretches, of_axes: Mapping[int, _AxisScores]) -> Iterator[Burst]:
+    by_dof = {dof: stretches.beside_noise(stretches.sums(of, (0.0,))[0], of) for dof, of in of_axes.items()}
     for dof, each in by_dof.items():
         yield from stretches.burst(dof, each, each.square, each.total.shape[1])
     if len(by_dof) > 1:
@@ -177,11 +215,12 @@ def _blows(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) ->
         yield from stretches.burst(dof, by_dof[dof], square, len(by_dof))
 
 
-def _beats(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
-    for dof, axis in clipped.items():
-        tried = stretches.sums(*axis, [2 * np.pi / period_s for period_s in _periods_s(stretches.long_s)])
+def _beats(stretches: _Stretches, of_axes: Mapping[int, _AxisScores]) -> Iterator[Burst]:
+    for dof, of in of_axes.items():
+        tried = stretches.sums(of, [2 * np.pi / period_s for period_s in _periods_s(stretches.long_s)])
         tried.sort(key=lambda each: -each.uneven)
-        for each in tried[:WEIGHED]:
+        for turned in tried[:WEIGHED]:
+            each = stretches.beside_noise(turned, of)
             yield from stretches.burst(dof, each, each.square, each.total.shape[1])
 
 
