@@ -20,7 +20,7 @@ from identify.diagnose.filters.nominal import Nominal, nominal_of, refitted
 from identify.diagnose.filters.regression import regression_of
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
-from identify.diagnose.remainder.bursts import _StretchScores, bursts, mixture_gain
+from identify.diagnose.remainder.bursts import _AxisScores, _Stretches, _StretchScores, bursts, mixture_gain
 from identify.diagnose.remainder.lines import scores
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
@@ -323,6 +323,19 @@ def test_a_velocity_that_is_read_seldom_for_some_time_makes_no_burst_of_noise():
         assert max((burst.gain for burst in found), default=0.0) < 11.7
 
 
+@pytest.mark.parametrize("is_sampled", [True, False])
+def test_a_stretch_in_which_slow_commands_jump_tells_of_no_burst(is_sampled):
+    rng = np.random.default_rng(7)
+    at_s = 0.02 * np.arange(12_000)
+    jumps = (at_s / 3.0).astype(int) % 10 == 4
+    hidden = np.where(jumps, 8.0, 0.2) if is_sampled else np.zeros(0)
+    score = rng.standard_normal(len(at_s)) * np.where(jumps, 6.0, 1.0)
+    of = _AxisScores(at_s, score, rng.standard_normal((128, len(at_s))), hidden)
+    stretches = _Stretches(3.0, 0.0, ((0.0, 240.0),))
+    (scores_by_stretch,) = stretches.sums(of, (0.0,))
+    assert (stretches.beside_noise(scores_by_stretch, of).uneven < 0.5) is is_sampled
+
+
 def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(weighing, monkeypatch):
     """At a steady speed a push of one period has many lines in the way travelled."""
     axis, course = weighing.rows.axes[0], weighing.now.course
@@ -464,5 +477,5 @@ def test_a_period_is_known_to_half_a_turn_in_the_dive():
 @pytest.mark.parametrize("dims", [1, 2])
 def test_stretches_of_noise_are_as_even_as_a_gaussian_and_one_that_is_loud_makes_them_uneven(dims):
     total = 3.0 * np.random.default_rng(8).standard_normal((100_000, dims))
-    assert _StretchScores(total, 1.0).uneven == pytest.approx(0.0, abs=0.05)
-    assert _StretchScores(np.vstack([total[:50], np.full((1, dims), 30.0)]), 1.0).uneven > 1.0
+    assert _StretchScores(total).uneven == pytest.approx(0.0, abs=0.05)
+    assert _StretchScores(np.vstack([total[:50], np.full((1, dims), 30.0)])).uneven > 1.0
