@@ -72,6 +72,27 @@ def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypat
     assert 2 not in {shape.dof for shape in unexplained_of(weighing, fit).shapes if shape.timing is None}
 
 
+@pytest.mark.parametrize(("share", "is_left"), [(0.5, False), (10.0, True)])
+def test_a_steady_push_within_the_thrust_curve_s_error_of_the_thrust_is_no_force(
+    nominal, monkeypatch, share, is_left
+):
+    """share: the push by that error."""
+    weighing = weighing_of(nominal, ())
+    fit, innovations = weighing.fitted(()), weighing.rows.axes[2]
+    (steady,) = innovations.prewhitened(
+        innovations.by_force(np.ones((len(innovations.problem.axis.time_s), 1)))
+    ).T
+    push = np.sqrt(400.0 / (steady @ steady))
+    thrust = nominal.course.wrench_of(nominal.course.thrust_n)[:, innovations.problem.axis.dof]
+    monkeypatch.setattr(unexplained, "LEAST_FORCE", push / share / np.sqrt(np.mean(thrust**2)))
+    known = unexplained._known(weighing, fit)
+    value = fit.value.copy()
+    value[known.slices[2]] += push * steady
+    axis = unexplained._axis_with_causes(weighing, value, known, 2, at_sea=False)
+    gain = axis.sums(Candidates(steady[:, None], axis.piece)).evidence([0]).gain
+    assert (gain > 11.7) is is_left
+
+
 @pytest.mark.parametrize(("apart", "count"), [(0.01, 0), (0.1, 1)])
 def test_a_large_force_that_masses_and_dampings_take_up_but_for_little_is_little(apart, count):
     """Thrust less inertia less drag is next to nothing, whatever the size of the thrust in it."""
