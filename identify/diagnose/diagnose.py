@@ -23,7 +23,14 @@ from identify.diagnose.gap.missing import (
     character_of,
     hull_of,
 )
-from identify.diagnose.lateness import lateness_of, slow_loop, with_holding_unknown, with_known_holding
+from identify.diagnose.lateness import (
+    beyond_step,
+    lateness_of,
+    slow_loop,
+    with_holding_unknown,
+    with_known_holding,
+    within_step_note,
+)
 from identify.diagnose.recording import (
     LEAST_CHECK_S,
     LEAST_S,
@@ -44,7 +51,7 @@ from identify.diagnose.recording import (
     without_spikes,
     without_still_velocity,
 )
-from identify.diagnose.result import Diagnosis, Value
+from identify.diagnose.result import Diagnosis, Finding, Value
 from identify.diagnose.shrink.check_dive import checked, predict
 from identify.diagnose.shrink.contradiction import contradiction_note
 from identify.diagnose.shrink.shrink import overstated_note
@@ -169,12 +176,19 @@ def diagnose(
     forces = unexplained_forces(left)
     causes = findings_of(explanation, covariance, missing, unexplained_nats(left), nominal, tried)
     causes = beside_thrust_gain(causes, configuration, file.vehicle.thrust_curve.scale_std)
-    causes = causes if slow is None else slow.without_step(causes)
+    within_step = tuple[Finding, ...]()
+    if slow is None:
+        causes, within_step = beyond_step(causes, as_recorded)
+    else:
+        causes = slow.without_step(causes)
     causes, shown = beside_accepted(causes, heldout) if holds else (causes, ())
     left = replace(left, instead=0.0) if shown else left
     gap, (trials, known) = both(
         lambda: gap_of(explanation, replace(measured, left=left), causes),
-        lambda: (trials_of(explanation, causes), known_with_causes(explanation.causes, explanation.now)),
+        lambda: (
+            trials_of(explanation, causes, within_step),
+            known_with_causes(explanation.causes, explanation.now),
+        ),
     )
     if accepted:
         shift = shift_of(explanation, accepted, tried)
@@ -211,6 +225,7 @@ def diagnose(
             *mass_hints(explanation.now, [std[MASS] for std in known.stds()], configuration),
             *accepted_effects.sentences(holds),
             *shown_note(shown),
+            *within_step_note(within_step),
             *ran_away(measured.drift_before, measured.drift_after),
             *overstated_note(heldout),
             *short_dive_note(dive),

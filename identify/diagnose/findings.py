@@ -144,9 +144,11 @@ def strongest_first(causes: Sequence[Finding]) -> tuple[Finding, ...]:
     return tuple(sorted(causes, key=rank))
 
 
-def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tried, ...]:
+def trials_of(
+    explanation: Explanation, causes: tuple[Finding, ...], within_step: tuple[Finding, ...] = ()
+) -> tuple[Tried, ...]:
     """Every candidate that acts from the start of the dive, by nats saved; a candidate without a noticeable size saves
-    none, but has its size told."""
+    none, but has its size told. within_step: late thrusts that the unknown between two commands may be."""
     weighing, fit = explanation.weighing, explanation.fit
     equations = weighing.candidates_beyond_forms(fit)
     rejected = [
@@ -154,7 +156,11 @@ def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tr
         for ranked_candidate in ranked_candidates(equations, fit, len(equations.settings))
         if not ranked_candidate[-1].effect.since_s
     ]
-    accepted = [Tried(cause.cause.effect, cause.gain_nats, True) for cause in causes]
+    taken_up = [Tried(cause.cause.effect, cause.gain_nats, True) for cause in causes]
+    taken_up += [
+        Tried(late.cause.effect, late.gain_nats, False, "as much as is unknown between two commands")
+        for late in within_step
+    ]
     taken, labels = {cause.key for cause in fit.causes}, {item.label for item in rejected}
     mute = [
         Tried(effect, 0.0, False)
@@ -163,7 +169,7 @@ def trials_of(explanation: Explanation, causes: tuple[Finding, ...]) -> tuple[Tr
     ]
     sizes = _sizes_with_causes(explanation)
     absent = [replace(item, sizes=sizes.get(item.label, {})) for item in (*rejected, *mute)]
-    return tuple(sorted((*accepted, *absent), key=lambda each: -each.gain_nats))
+    return tuple(sorted((*taken_up, *absent), key=lambda each: -each.gain_nats))
 
 
 def _sizes_with_causes(explanation: Explanation) -> dict[str, dict[str, Value]]:

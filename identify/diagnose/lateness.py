@@ -17,13 +17,15 @@ from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
-from identify.diagnose.words.causes import SINCE
+from identify.diagnose.words.causes import SINCE, effect_words
 from identify.dive import Dive, Signal
+from identify.effects.effect import Parameter
 from identify.estimators.missing_forces.drag_and_timing import doubts_of
 from identify.estimators.timing.thrust_delay import likeliest_delay
 from identify.ingest.commands import commands_of_unknown_loop, holding_variance_s2, sampled_slowly
 from identify.statistics import Z95, birge_mean
 from identify.thrust.wrench import wrench
+from identify.words import capital, with_interval
 
 LEAST_GAIN, LEAST_OF_EACH = 7.0, 0.1
 """Nats by which commands must be likelier to be samples; and for each command, by which they must be likelier to hold.
@@ -130,6 +132,43 @@ def with_holding_unknown(covariance: Array, causes: Sequence[Cause], dive: Dive)
     command holds until the next."""
     late = [bool(cause.effect.timing) for cause in causes for present in cause.present if present]
     return covariance + np.diag(np.array(late, np.float64) * holding_variance_s2(dive))
+
+
+def beyond_step(findings: Sequence[Finding], dive: Dive) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """The causes among findings, and the others: each a late thrust that may be none within its interval, as wide as
+    the unknown between two commands makes it. A change of an accepted one is a cause as it is."""
+
+    def holds_none(finding: Finding) -> bool:
+        effect = finding.cause.effect
+        if not effect.timing or effect.variant == SINCE:
+            return False
+        (parameter,) = effect.parameters
+        value = finding.parameters.get(parameter.name)
+        return value is not None and value.low95 <= parameter.none <= value.high95
+
+    if holding_variance_s2(dive) == 0.0:
+        return tuple(findings), ()
+    by_step = [holds_none(finding) for finding in findings]
+    beyond, within = (
+        tuple(finding for finding, within in zip(findings, by_step, strict=True) if within is wanted)
+        for wanted in (False, True)
+    )
+    return beyond, within
+
+
+def within_step_note(within: Sequence[Finding]) -> tuple[str, ...]:
+    """A sentence on each late thrust that the unknown between two commands may be."""
+    return tuple(_within_step(finding, finding.cause.effect.parameters[0]) for finding in within)
+
+
+def _within_step(finding: Finding, parameter: Parameter) -> str:
+    value = finding.parameters[parameter.name]
+    number, interval = with_interval(value.value, value.low95, value.high95)
+    return (
+        f"{capital(effect_words(finding.cause.effect))} is no cause: with {number} s (95 %: {interval}) the dive is "
+        f"likelier than with the vehicle file's {parameter.none:g} s, but what is unknown of the thrust between two "
+        "commands does as much. If each command holds until the next, say `commands_hold` in the column map."
+    )
 
 
 def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:

@@ -91,6 +91,11 @@ class Act:
             return self.water if self.velocity is None else self.velocity
         return np.asarray(self.velocity + self.water)
 
+    @property
+    def is_none(self) -> bool:
+        """Whether it contributes nothing."""
+        return not any(np.any(part) for name in ARRAYS if (part := getattr(self, name)) is not None)
+
     def each(self, change: Callable[[Array], Array]) -> "Act":
         """Return a copy with `change`, (n, ...) to (n, ...), applied to every part along the course; a drag that is
         changed so is no longer one by the square of the speed."""

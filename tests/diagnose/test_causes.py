@@ -176,6 +176,16 @@ def test_a_dead_zone_is_tried_up_to_a_quarter_of_what_a_strong_thruster_is_asked
     assert strong[len(usual)] == pytest.approx(ratio * usual[-1])
 
 
+def test_a_dead_zone_has_a_slope_between_the_thrusts_of_two_rounded_pulses(course):
+    """Without one its width would be unknown, and the zone dropped as one that may be absent."""
+    stepped = replace(course, asked_n=0.1 * np.round(10.0 * course.asked_n))
+    zone = Cause(DEAD_ZONE, np.array([0.55]))
+    slope = zone.slope(stepped, 0)
+    wider, narrower = (DEAD_ZONE.act(stepped, np.array([width])).wrench for width in (0.65, 0.45))
+    np.testing.assert_allclose(slope.wrench, (wider - narrower) / 0.16, atol=1e-9)
+    assert slope.wrench.any()
+
+
 def test_a_limit_that_is_at_infinity_is_absent_in_every_form(course):
     for act in other_forms(course, Cause(SATURATION, SATURATION.none())):
         assert np.isfinite(act.wrench).all()

@@ -17,14 +17,16 @@ from identify.diagnose.causes.evidence import Candidates
 from identify.diagnose.causes.seas import period_interval, seas_of
 from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.nominal import Nominal, nominal_of, refitted
+from identify.diagnose.filters.regression import regression_of
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
-from identify.diagnose.remainder.bursts import _StretchScores, bursts, mixture_gain
+from identify.diagnose.remainder.bursts import _AxisScores, _Stretches, _StretchScores, bursts, mixture_gain
 from identify.diagnose.remainder.lines import scores
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.result import Next
 from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
+from identify.dive import Signal
 from identify.effects.actuators import thruster_lag
 from identify.effects.course import lagged
 from identify.effects.effect import Act
@@ -68,6 +70,27 @@ def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypat
     assert 2 in {shape.dof for shape in unexplained_of(weighing, fit).shapes}
     monkeypatch.setattr(unexplained, "LEAST_FORCE", 0.5)
     assert 2 not in {shape.dof for shape in unexplained_of(weighing, fit).shapes if shape.timing is None}
+
+
+@pytest.mark.parametrize(("share", "is_left"), [(0.5, False), (10.0, True)])
+def test_a_steady_push_within_the_thrust_curve_s_error_of_the_thrust_is_no_force(
+    nominal, monkeypatch, share, is_left
+):
+    """share: the push by that error."""
+    weighing = weighing_of(nominal, ())
+    fit, innovations = weighing.fitted(()), weighing.rows.axes[2]
+    (steady,) = innovations.prewhitened(
+        innovations.by_force(np.ones((len(innovations.problem.axis.time_s), 1)))
+    ).T
+    push = np.sqrt(400.0 / (steady @ steady))
+    thrust = nominal.course.wrench_of(nominal.course.thrust_n)[:, innovations.problem.axis.dof]
+    monkeypatch.setattr(unexplained, "LEAST_FORCE", push / share / np.sqrt(np.mean(thrust**2)))
+    known = unexplained._known(weighing, fit)
+    value = fit.value.copy()
+    value[known.slices[2]] += push * steady
+    axis = unexplained._axis_with_causes(weighing, value, known, 2, at_sea=False)
+    gain = axis.sums(Candidates(steady[:, None], axis.piece)).evidence([0]).gain
+    assert (gain > 11.7) is is_left
 
 
 @pytest.mark.parametrize(("apart", "count"), [(0.01, 0), (0.1, 1)])
@@ -307,6 +330,33 @@ def test_a_wild_reading_is_no_blow(weighing):
     assert gains[1] < gains[0] + 5.0
 
 
+def test_a_velocity_that_is_read_seldom_for_some_time_makes_no_burst_of_noise():
+    """Where it is read seldom, noise makes little of a push's score."""
+    case = draw_case(391_518, kind="none", seconds=240.0)
+    dive = dive_of(case)
+    velocity = dive.velocity
+    kept = ((velocity.time_s - velocity.time_s[0]) % 60.0 < 30.0) | (np.arange(len(velocity)) % 16 == 0)
+    seldom = replace(dive, velocity=Signal(velocity.time_s[kept], velocity.value[kept]))
+    now = planted_nominal(case, seldom)
+    for axis in regression_of(now.joint, now.theta, ()).axes[:2]:
+        noise = np.random.default_rng(6).standard_normal(len(axis.std))
+        found = bursts({axis.problem.axis.dof: (axis, noise)}, now.course.time_s)
+        assert max((burst.gain for burst in found), default=0.0) < 11.7
+
+
+@pytest.mark.parametrize("is_sampled", [True, False])
+def test_a_stretch_in_which_slow_commands_jump_tells_of_no_burst(is_sampled):
+    rng = np.random.default_rng(7)
+    at_s = 0.02 * np.arange(12_000)
+    jumps = (at_s / 3.0).astype(int) % 10 == 4
+    hidden = np.where(jumps, 8.0, 0.2) if is_sampled else np.zeros(0)
+    score = rng.standard_normal(len(at_s)) * np.where(jumps, 6.0, 1.0)
+    of = _AxisScores(at_s, score, rng.standard_normal((128, len(at_s))), hidden)
+    stretches = _Stretches(3.0, 0.0, ((0.0, 240.0),))
+    (scores_by_stretch,) = stretches.sums(of, (0.0,))
+    assert (stretches.beside_noise(scores_by_stretch, of).uneven < 0.5) is is_sampled
+
+
 def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(weighing, monkeypatch):
     """At a steady speed a push of one period has many lines in the way travelled."""
     axis, course = weighing.rows.axes[0], weighing.now.course
@@ -448,5 +498,5 @@ def test_a_period_is_known_to_half_a_turn_in_the_dive():
 @pytest.mark.parametrize("dims", [1, 2])
 def test_stretches_of_noise_are_as_even_as_a_gaussian_and_one_that_is_loud_makes_them_uneven(dims):
     total = 3.0 * np.random.default_rng(8).standard_normal((100_000, dims))
-    assert _StretchScores(total, 1.0).uneven == pytest.approx(0.0, abs=0.05)
-    assert _StretchScores(np.vstack([total[:50], np.full((1, dims), 30.0)]), 1.0).uneven > 1.0
+    assert _StretchScores(total).uneven == pytest.approx(0.0, abs=0.05)
+    assert _StretchScores(np.vstack([total[:50], np.full((1, dims), 30.0)])).uneven > 1.0

@@ -10,11 +10,17 @@ from test_judged import FILE, SECONDS, YAW, commanded, moved
 from identify.diagnose.accepted_before import library_with_changes
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.slow_samples import MOST_LATE
-from identify.diagnose.lateness import slow_loop, with_holding_unknown, with_known_holding
+from identify.diagnose.lateness import (
+    beyond_step,
+    slow_loop,
+    with_holding_unknown,
+    with_known_holding,
+    within_step_note,
+)
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
 from identify.dive import Dive, Signal
-from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag
 from identify.estimators.timing.lateness import by_lateness
 from identify.ingest.commands import unknown_between
 
@@ -109,6 +115,23 @@ def test_a_delay_in_slow_commands_is_without_their_step_where_thrust_tells_it_an
     sooner = {"delay": Value(-0.1, "s", -0.12, -0.08)}
     changed = Finding(Cause(change, np.array([-0.1])), (), {}, 0.9, sooner, 50.0)
     assert slow.without_step((changed,)) == (changed,)
+
+
+@pytest.mark.parametrize(
+    ("hold", "late_s", "is_cause"), [(None, 0.06, False), (None, 0.12, True), (True, 0.06, True)]
+)
+def test_a_late_thrust_is_no_cause_where_the_step_between_two_commands_may_be_it(hold, late_s, is_cause):
+    dive = replace(logged(0.05, 0.05), commands_hold=hold)
+    (lag, _), dead = thruster_lag(0.05), Cause(DEAD_ZONE, np.array([1.0]))
+    told = Value(late_s, "s", 0.04 if late_s < 0.1 else 0.1, late_s + 0.02)
+    late = Finding(Cause(lag, np.array([late_s])), (), {}, 0.9, {"time_constant": told}, 50.0)
+    other = Finding(dead, (), {}, 0.9, {"half_width": Value(1.0, "N", 0.0, 2.0)}, 50.0)
+    causes, within = beyond_step((late, other), dive)
+    assert causes[-1] is other
+    assert (late in [*causes[:-1]], [*within]) == (is_cause, [] if is_cause else [late])
+    notes = within_step_note(within)
+    assert len(notes) == len(within)
+    assert all("Thruster lag is no cause: with 0.06" in note and "`commands_hold`" in note for note in notes)
 
 
 def test_commands_without_a_delay_or_at_twenty_a_second_are_of_no_slow_loop():

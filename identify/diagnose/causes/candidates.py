@@ -141,6 +141,16 @@ class Cause:
             unit[p] += 1.0
             return self.effect.act(course, unit)
         h = NEAR * natural_scale(self.effect.parameters[p])
+        slope = self._slope_within(course, p, h)
+        # Thrust of rounded pulses comes in steps, and within one of them a width makes no difference.
+        while (
+            self.effect.steep and slope.is_none and h < abs(self.values[p] - self.effect.parameters[p].none)
+        ):
+            h *= 2.0
+            slope = self._slope_within(course, p, h)
+        return slope
+
+    def _slope_within(self, course: Course, p: int, h: float) -> Act:
         up, down = self.values.copy(), self.values.copy()
         up[p] += h
         down[p] -= h

@@ -12,7 +12,7 @@ value in all parts explains nearly as much as a value in each.
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -271,7 +271,7 @@ def coupled_nominal(weighing: Weighing, causes: tuple[Cause, ...]) -> Blocks:
         for moved, of in moves:
             for cause in causes:
                 change = cause.act(moved).less(cause.act(course)).times(1.0 / NEAR)
-                if any(np.any(part) for f in fields(change) if (part := getattr(change, f.name)) is not None):
+                if not change.is_none:
                     acts.append(change)
                     at.append(kept.index(of))
     nominal = weighing.rows.nuisance

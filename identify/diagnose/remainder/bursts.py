@@ -1,7 +1,11 @@
-"""Bursts: forces that come and go, as blows or as beats that last for seconds, in the innovations."""
+"""Bursts: forces that come and go, as blows or as beats that last for seconds, in the innovations.
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+How far a push shows differs from stretch to stretch: quadratic drag stops it at speed and hardly at rest, and a
+velocity that is read seldom shows little of it. Each stretch is judged by what noise alone makes of its score.
+"""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import product
 
 import numpy as np
@@ -36,6 +40,17 @@ MOST_SIGMA = 4.0
 """Clip of a row: a blow moves many rows, a single outlier is none."""
 
 LEAST_STRETCHES = 20
+
+DRAWS = 128
+"""Draws of noise alone, which tell the spread of a stretch's score to 6 %."""
+
+LEAST_SHOWN = 0.2
+"""Least spread of a stretch's score, relative to that of all. Where a push shows less, next to no score would be much,
+and a stretch tells of no burst."""
+
+MOST_HIDDEN = 1.0
+"""Most force that slow samples of the commands hide in a stretch that tells of a burst, as power by its mean over the
+dive. Where commands jump at an unknown time they miss the thrust for all of a step at once, as a blow does."""
 
 ROUNDS = 30
 
@@ -72,43 +87,82 @@ class _Stretches:
             first += count
         return out, within
 
-    def sums(self, at_s: Array, score: Array, rates: Sequence[float]) -> list["_StretchScores"]:
-        """The score (n,) at times (n,) by stretch, turned at each of some rates in rad/s; at 0 as it is."""
+    def sums(self, of: "_AxisScores", rates: Sequence[float]) -> list["_StretchScores"]:
+        """The score by stretch, turned at each of some rates in rad/s; at 0 as it is."""
+        total = self._totals(of.at_s)
+        return [_StretchScores(total(of.score[None], rate)[0], rate=rate) for rate in rates]
+
+    def beside_noise(self, scores: "_StretchScores", of: "_AxisScores") -> "_StretchScores":
+        """The score by stretch, over the spread that noise alone has in each."""
+        square = np.mean(self._totals(of.at_s)(of.noise, scores.rate) ** 2, axis=(0, 2))
+        shown = square >= LEAST_SHOWN**2 * np.mean(square)
+        if len(of.hidden):
+            each = self._totals(of.at_s)(np.stack([of.hidden, np.ones(len(of.hidden))]), 0.0)[:, :, 0]
+            shown &= each[0] <= MOST_HIDDEN * each[1]
+        spread = np.sqrt(np.maximum(square, 1e-300))
+        value = np.where(shown, 1.0 / spread, 0.0)[:, None] * scores.total
+        size = max(float(np.sqrt(np.sum(value**2) / max(value[shown].size, 1))), 1e-300)
+        # The variance of a push's score is the precision of that push.
+        return _StretchScores(value / size, np.where(shown, 1.0 / (spread * size), 0.0), scores.rate, shown)
+
+    def _totals(self, at_s: Array) -> Callable[[Array, float], Array]:
+        """What sums scores (k, n) at times (n,) by stretch, turned at a rate: (k, m, dims)."""
         count = self.count
         index, within = self.at(at_s)
         index = np.where((index < 0) | (index > count), count, index)
-        score = score * _weight(within)
+        first = np.flatnonzero(np.diff(index, prepend=-1))
+        stretches, weight = index[first], _weight(within)
 
-        def sum_(wave: Array) -> Array:
-            return np.asarray(np.bincount(index, wave, minlength=count + 1)[:count])
+        def total(scores: Array, rate: float) -> Array:
+            waves = [weight] if rate == 0 else [weight * np.cos(rate * at_s), weight * np.sin(rate * at_s)]
+            out = np.zeros((len(scores), count + 1, len(waves)))
+            for k, wave in enumerate(waves):
+                out[:, stretches, k] = np.add.reduceat(scores * wave, first, axis=1)
+            return out[:, :count]
 
-        out = []
-        for rate in rates:
-            waves = [score] if rate == 0 else [score * np.cos(rate * at_s), score * np.sin(rate * at_s)]
-            total = np.column_stack([*map(sum_, waves)])
-            spread = max(float(np.sqrt(np.mean(total**2))), 1e-300)
-            # The variance of a push's score is the precision of that push.
-            out.append(_StretchScores(total / spread, 1.0 / spread))
-        return out
+        return total
 
-    def burst(self, dof: int, scores: "_StretchScores", square: Array, dims: int) -> Iterator["Burst"]:
-        """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise."""
-        if scores.uneven > 0:
+    def burst(
+        self, dof: int, scores: "_StretchScores", square: Array, dims: int, shown: NDArray[np.bool_]
+    ) -> Iterator["Burst"]:
+        """The burst with its gain on held-out stretches; none if the strongest axis is no more uneven than noise, or
+        shows too seldom. square (m,): of the stretches, of which a push is `shown` in some."""
+        if np.count_nonzero(shown) >= LEAST_STRETCHES and scores.uneven > 0:
             count = len(square)
             starts_s = (np.arange(count) + self.later) * self.long_s
             piece = (starts_s / piece_s(count * self.long_s)).astype(np.intp)
-            yield Burst(dof, mixture_gain(square, dims, piece), self, scores, square, dims)
+            gain = mixture_gain(square[shown], dims, piece[shown])
+            yield Burst(
+                dof, gain, self, scores, np.where(shown, square, 0.0), dims, _fitted(square[shown], dims)
+            )
+
+
+@dataclass(frozen=True)
+class _AxisScores:
+    """One axis' score (n,) by instant, at times at_s (n,), and those of draws of noise alone (draws, n).
+
+    hidden (n,): power of the force that slow samples of the commands hide, by its mean; empty with commands that are
+    known at all times.
+    """
+
+    at_s: Array
+    score: Array
+    noise: Array
+    hidden: Array
 
 
 @dataclass(frozen=True)
 class _StretchScores:
     """One axis' score by stretch.
 
-    total (m, dims): score over its standard deviation; unit: newtons of one such standard deviation.
+    total (m, dims): score, over its standard deviation once it is held against noise; unit (m,): newtons of one such
+    standard deviation. rate: at which it is turned, rad/s. shown (m,): whether a push shows in a stretch.
     """
 
     total: Array
-    unit: float
+    unit: Array = field(default_factory=lambda: np.ones(1))
+    rate: float = 0.0
+    shown: NDArray[np.bool_] = field(default_factory=lambda: np.ones(1, np.bool_))
 
     @property
     def square(self) -> Array:
@@ -117,7 +171,7 @@ class _StretchScores:
     @property
     def uneven(self) -> float:
         """Excess of the fourth moment over a Gaussian's, relative to that."""
-        square, dims = self.square, self.total.shape[1]
+        square, dims = self.square[np.broadcast_to(self.shown, len(self.total))], self.total.shape[1]
         usual = (1.0 + 2.0 / dims) * float(np.mean(square)) ** 2
         return float(np.mean(square**2) / max(usual, 1e-300)) - 1.0
 
@@ -127,7 +181,8 @@ class Burst:
     """A candidate burst in some stretches.
 
     dof: its strongest axis, with the score `scores`. gain: nats on held-out stretches. square (m,): sums of squares of
-    `dims` values of each stretch.
+    `dims` values of each stretch, 0 where a push does not show. spreads: share of loud stretches, and the spread of
+    quiet and of loud ones.
     """
 
     dof: int
@@ -136,12 +191,13 @@ class Burst:
     scores: _StretchScores
     square: Array
     dims: int
+    spreads: tuple[float, float, float]
 
     def force(self, time_s: Array) -> Array:
         """Likely push (n,), N or N m, of the loud stretches; of a beat, its amplitude."""
         of_one = self.scores.total.shape[1] == 1
         sizes = self.scores.total[:, 0] if of_one else np.sqrt(self.scores.square)
-        loud = _is_loud(self.square, self.dims, *_fitted(self.square, self.dims))
+        loud = _is_loud(self.square, self.dims, *self.spreads)
         pushes = loud * sizes * self.scores.unit
         index, within = self.stretches.at(time_s)
         return np.asarray(
@@ -154,35 +210,46 @@ def bursts(
 ) -> Iterator[Burst]:
     """The likeliest burst of every length, in the residual rows of each axis (by degree of freedom). runs_s: first and
     last time of each run of a dive made of several."""
-    clipped = {
-        dof: (innovations.problem.axis.time_s, scores(innovations, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)))
-        for dof, (innovations, rows) in left.items()
-    }
+    rng = np.random.default_rng(0)
+
+    def by_instant(innovations: AxisInnovations, rows: Array) -> _AxisScores:
+        noise = np.array([scores(innovations, draw) for draw in rng.standard_normal((DRAWS, len(rows)))])
+        axis, clipped = innovations.problem.axis, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)
+        hidden = (
+            np.where(axis.step >= 0, axis.white_times[np.maximum(axis.step, 0)] ** 2, 0.0)
+            if axis.sampled_s
+            else np.zeros(0)
+        )
+        return _AxisScores(axis.time_s, scores(innovations, clipped), noise, hidden)
+
+    of_axes = {dof: by_instant(*of_axis) for dof, of_axis in left.items()}
     runs_s = runs_s or ((float(time_s[0]), float(time_s[-1])),)
     for long_s, later in product((*BLOWS_S, *BEATS_S), LATER):
         stretches = _Stretches(long_s, later, runs_s)
         if stretches.count >= LEAST_STRETCHES:
             of_length = _blows if long_s in BLOWS_S else _beats
-            yield from of_length(stretches, clipped)
+            yield from of_length(stretches, of_axes)
 
 
-def _blows(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
-    by_dof = {dof: stretches.sums(*axis, (0.0,))[0] for dof, axis in clipped.items()}
+def _blows(stretches: _Stretches, of_axes: Mapping[int, _AxisScores]) -> Iterator[Burst]:
+    by_dof = {dof: stretches.beside_noise(stretches.sums(of, (0.0,))[0], of) for dof, of in of_axes.items()}
     for dof, each in by_dof.items():
-        yield from stretches.burst(dof, each, each.square, each.total.shape[1])
+        yield from stretches.burst(dof, each, each.square, each.total.shape[1], each.shown)
     if len(by_dof) > 1:
         # A blow pushes several axes at once.
         dof = max(by_dof, key=lambda each: by_dof[each].uneven)
         square = np.sum([value.square for value in by_dof.values()], axis=0)
-        yield from stretches.burst(dof, by_dof[dof], square, len(by_dof))
+        shown = np.all([value.shown for value in by_dof.values()], axis=0)
+        yield from stretches.burst(dof, by_dof[dof], square, len(by_dof), shown)
 
 
-def _beats(stretches: _Stretches, clipped: Mapping[int, tuple[Array, Array]]) -> Iterator[Burst]:
-    for dof, axis in clipped.items():
-        tried = stretches.sums(*axis, [2 * np.pi / period_s for period_s in _periods_s(stretches.long_s)])
+def _beats(stretches: _Stretches, of_axes: Mapping[int, _AxisScores]) -> Iterator[Burst]:
+    for dof, of in of_axes.items():
+        tried = stretches.sums(of, [2 * np.pi / period_s for period_s in _periods_s(stretches.long_s)])
         tried.sort(key=lambda each: -each.uneven)
-        for each in tried[:WEIGHED]:
-            yield from stretches.burst(dof, each, each.square, each.total.shape[1])
+        for turned in tried[:WEIGHED]:
+            each = stretches.beside_noise(turned, of)
+            yield from stretches.burst(dof, each, each.square, each.total.shape[1], each.shown)
 
 
 def _periods_s(long_s: float) -> list[float]:

@@ -276,16 +276,23 @@ class _Axis:
 
 
 def _axis_with_causes(weighing: Weighing, value: Array, known: Blocks, k: int, at_sea: bool) -> _Axis:
-    """The rows of the k-th axis, with the nuisance columns of the causes.
+    """The rows of the k-th axis, with the nuisance columns of the causes, and of a steady push as large as the thrust
+    curve's error: a vehicle that holds itself down all the time shows that of its weight.
 
     At sea, delayed thrust is a nuisance too: the controller answers the remainder of the sea's form, and thrust then
     seems to predict it.
     """
-    rows, innovations = weighing.rows, weighing.rows.axes[k]
+    rows, innovations, course = weighing.rows, weighing.rows.axes[k], weighing.now.course
     mine, nominal = known.slices[k], known.parts[k].values
     if at_sea:
         nominal = np.hstack([nominal, innovations.prewhitened(delayed_thrust(innovations))])
-    return _Axis(innovations, value[mine], nominal, _precision(rows, known, k, nominal), rows.piece[mine])
+    axis, precision = innovations.problem.axis, _precision(rows, known, k, nominal)
+    thrust = course.wrench_of(course.thrust_n)[:, axis.dof]
+    off = LEAST_FORCE * float(np.sqrt(np.mean(thrust**2)))
+    if off > 0:
+        steady = innovations.prewhitened(innovations.by_force(np.full((len(axis.time_s), 1), off)))
+        nominal, precision = np.hstack([nominal, steady]), np.append(precision, 1.0)
+    return _Axis(innovations, value[mine], nominal, precision, rows.piece[mine])
 
 
 def _precision(rows: Regression, known: Blocks, k: int, columns: Array) -> Array:
