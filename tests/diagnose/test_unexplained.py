@@ -300,12 +300,24 @@ def test_a_force_that_comes_and_goes_is_unexplained(name, dof, variable, timing)
     }
 
 
-@pytest.mark.parametrize(("share", "is_left"), [(0.005, False), (0.02, True)])
-def test_a_burst_counts_from_a_hundredth_of_the_thrust_on(weighing, monkeypatch, share, is_left):
+@pytest.mark.parametrize(
+    ("with_changes", "timing", "share", "is_left"),
+    [
+        (True, "intermittent", 0.005, False), (True, "intermittent", 0.02, True),
+        (False, "intermittent", 0.002, False), (False, "intermittent", 0.005, True),
+        (False, "periodic", 0.005, False), (False, "periodic", 0.02, True),
+    ],
+)  # fmt: skip
+def test_a_burst_counts_from_a_hundredth_of_the_thrust_on_and_apart_from_its_changes_from_less(
+    weighing, monkeypatch, with_changes, timing, share, is_left
+):
     course = weighing.now.course
-    size = share * float(np.std(course.wrench_of(course.thrust_n)[:, 1]))
-    burst = GenericForce(1, "time", None, np.ones(len(course.nu)), "intermittent")
-    monkeypatch.setattr(unexplained, "_bursts", lambda *_: [unexplained._Weighed(burst, 50.0, size)])
+    thrust = course.wrench_of(course.thrust_n)[:, 1]
+    changes = np.abs(np.diff(thrust, prepend=thrust[:1]))
+    force = np.where(changes > 5.0 * np.std(changes), 1.0, 0.0) if with_changes else np.ones(len(thrust))
+    burst = GenericForce(1, "time", None, force, timing)
+    found = unexplained._Weighed(burst, 50.0, share * float(np.std(thrust)))
+    monkeypatch.setattr(unexplained, "_bursts", lambda *_: [found])
     left = unexplained_of(weighing, weighing.fitted(()))
     assert any(shape is burst for shape in left.shapes) is is_left
 

@@ -57,10 +57,14 @@ ratio). Some 1200 forces are tried, at one false alarm in a hundred dives: ln(12
 nats: a vehicle held level shows little of its inertia there, and much of its levelling.
 """
 
-LEAST_TIMED = 0.01
-"""Least force with a timing of its own, relative to thrust in that degree of freedom, both as standard deviations.
-Pulses come in steps, and somewhat late or early, so that an exact simulator's starts and stops look like bursts too, of
-up to half of this."""
+LEAST_TIMED, LEAST_BURST = 0.01, 0.003
+"""Least force with a timing of its own, relative to thrust in that degree of freedom, both as standard deviations; and
+of a burst that does not come with the thrust's changes. Pulses come in steps, and somewhat late or early, so that an
+exact simulator's starts and stops look like bursts too, of up to half of the former."""
+
+CHANGING = 3.0
+"""A burst comes with the thrust's changes if these have so many times more power where it pushes than over the dive.
+Blows that nothing of the vehicle causes have 1, an exact simulator's starts and stops 8 and more."""
 
 SURGE_AND_SWAY = (0, 1)
 
@@ -330,9 +334,18 @@ class _Selectable:
     def is_slight(self, item: _Weighed) -> bool:
         """Whether bursts, a line or a slow force are next to nothing beside the thrust; a reading error has no
         force."""
-        return 0 < item.size < LEAST_TIMED * float(self._thrust[item.shape.dof]) and (
-            item.shape.timing not in SELECTED
-        )
+        shape = item.shape
+        if shape.timing in SELECTED or item.size == 0:
+            return False
+        of_its_own = shape.timing == "intermittent" and self._changes(shape) < CHANGING
+        return item.size < (LEAST_BURST if of_its_own else LEAST_TIMED) * float(self._thrust[shape.dof])
+
+    def _changes(self, shape: GenericForce) -> float:
+        """Power of the thrust's changes where a force pushes, over that of the dive; 0 where the thrust never
+        changes."""
+        thrust = self.course.wrench_of(self.course.thrust_n)[:, shape.dof]
+        power, weight = np.diff(thrust, prepend=thrust[:1]) ** 2, shape.force**2
+        return float(np.mean(weight * power) / max(np.mean(weight) * np.mean(power), 1e-300))
 
     def of(self, axis: _Axis) -> tuple[list[_Unit], Candidates]:
         """The forces of one axis, those of its own past included, and its responses to them."""
