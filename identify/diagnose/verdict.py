@@ -29,6 +29,9 @@ much."""
 LEAST_CLOSED = 1 / 3
 """Share of the closable gap, held out, that the causes must close for a verdict despite an unexplained remainder."""
 
+WHOLE = 0.95
+"""Share of the closable gap, held out, from which on causes that leave nothing beside them stand in for nothing."""
+
 MOST_DISTURBED = 1 / 3
 """Share of the thrusters' variance up to which a model need not explain the disturbance."""
 
@@ -176,13 +179,14 @@ def stand_in(instead_nats: float, saved_nats: float) -> bool:
 def is_unknown(findings: Sequence[Finding], left: Unexplained, saved_nats: float, closes: float) -> bool:
     """Whether the larger part of a gap is unexplained.
 
-    It is if the causes only stand in for it. Where something is left, it is if the nats left exceed those that the
-    causes save, if no cause is accepted, or if the causes certainly close too little of the gap on held-out pieces
-    (`closes`: at most so much, NaN if unknown).
+    It is if the causes only stand in for it, unless they close all of it on held-out pieces (`closes`: at most so much,
+    NaN if unknown) and nothing is left: forces of no particular cause then save more by the remainder of a form alone.
+    Where something is left, it is if the nats left exceed those that the causes save, if no cause is accepted, or if
+    the causes certainly close too little of the gap.
     """
-    if stand_in(left.instead, saved_nats):
-        return True
     left_nats = unexplained_nats(left)
+    if stand_in(left.instead, saved_nats):
+        return left_nats > 0 or not closes >= WHOLE
     if left_nats <= 0:
         return False
     accepted = any(cause.probability >= LIKELY for cause in findings)

@@ -166,6 +166,10 @@ def disturbed(share, driven):
         # Causes in whose place other forces save more are borne out by nothing; by chance, or by a form, they may.
         ((SURE,), instead(325.0), 286.0, 0.9, (), "unknown"),
         ((SURE,), instead(325.0, 20.0), 286.0, 0.9, (), "unknown"),
+        # Those that close the gap whole and leave nothing are borne out by that; then others follow a form's remainder.
+        ((SURE,), instead(325.0), 286.0, 1.0, (), "explained"),
+        ((SURE,), instead(325.0, 20.0), 286.0, 1.0, (), "unknown"),
+        ((SURE,), instead(325.0), 286.0, NAN, (), "unknown"),
         ((SURE,), instead(296.0), 286.0, 0.9, (), "explained"),
         ((SURE,), instead(1020.0), 1001.0, 0.9, (), "explained"),
         ((SURE,), instead(286.0, 20.0), 286.0, 0.9, (), "partly"),
