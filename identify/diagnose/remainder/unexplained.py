@@ -345,7 +345,8 @@ class _Selectable:
         changes."""
         thrust = self.course.wrench_of(self.course.thrust_n)[:, shape.dof]
         power, weight = np.diff(thrust, prepend=thrust[:1]) ** 2, shape.force**2
-        return float(np.mean(weight * power) / max(np.mean(weight) * np.mean(power), 1e-300))
+        usual = float(np.mean(weight)) * float(np.mean(power))
+        return float(np.mean(weight * power)) / max(usual, 1e-300)
 
     def of(self, axis: _Axis) -> tuple[list[_Unit], Candidates]:
         """The forces of one axis, those of its own past included, and its responses to them."""
