@@ -42,6 +42,12 @@ def test_rates_in_another_unit_are_no_still_gyro():
     assert without_still_gyro(milli) is milli
 
 
+def test_a_gyro_of_yaw_alone_stays():
+    of_yaw = DIVE.gyro.value * [np.nan, np.nan, 1.0]
+    alone = replace(DIVE, gyro=Signal(DIVE.gyro.time_s, of_yaw))
+    assert without_still_gyro(alone) is alone
+
+
 def test_a_simulated_vehicle_that_does_not_turn_keeps_its_gyro():
     still = replace(DIVE, attitude=Signal(READ["t"], np.tile([1.0, 0.0, 0.0, 0.0], (len(READ["t"]), 1))))
     quiet = with_gyro_times(still, 1e-9)

@@ -22,7 +22,8 @@ def stillness(dive: Dive) -> str:
     if turns is None or dive.gyro is None:
         return ""
     seen, said = (float(np.std(each, axis=0).max()) for each in turns)
-    spread = float(np.nanmax(np.nanstd(dive.gyro.value, axis=0)))
+    known = [rates[np.isfinite(rates)] for rates in dive.gyro.value.T]
+    spread = max((float(np.std(rates)) for rates in known if len(rates)), default=np.inf)
     if not (spread < STILL_RAD_S and seen > max(LEAST_RAD, TIMES * said)):
         return ""
     return (
