@@ -27,8 +27,6 @@ COUNTDOWN_S = 4.0
 DEPTH_M = 4.0
 BACK_M = 0.5
 SOONEST_S = 4.5
-DEAD_M = 3.5
-"""As far as a vehicle gets whose companion stays dead; one that starts again listens first, and is no worse."""
 
 
 class Flown:
@@ -363,11 +361,11 @@ def restart(flown):
 
 
 FAILURES = {
-    "companion killed": (kill, (), DEAD_M),
+    "companion killed": (kill, (), 3.5),
     "link lost": (lose_link, (End.LINK,), BACK_M),
     "DVL silent": (silence_dvl, (End.VELOCITY,), 2.5),
     "battery low": (drain, (End.BATTERY,), BACK_M),
-    "191 restarted": (restart, (), DEAD_M),
+    "191 restarted": (restart, (), 2.5),
 }
 
 
