@@ -284,9 +284,11 @@ class Companion:
         return self.listens(now_s) or (self.handover.starting and bool(self._another(now_s)))
 
     def listens(self, now_s: float) -> bool:
-        """Whether it has just been started, or just heard the autopilot, and has heard no other companion yet."""
-        listens = not now_s - self._first_s >= LISTENS_S or now_s - self._there_s < LISTENS_S
-        return self.handover.starting and listens and not self._another(now_s)
+        """Whether it has just been started, or just heard the autopilot, and has heard no other companion yet: not
+        where the one before it on this computer held the sticks until just now, for then no other did."""
+        if not self.handover.starting or self.handover.held_lately or self._another(now_s):
+            return False
+        return not now_s - self._first_s >= LISTENS_S or now_s - self._there_s < LISTENS_S
 
     def leave(self) -> bool:
         """Give the sticks back from now on; True once that is proven."""

@@ -7,11 +7,14 @@ the companion dies, the autopilot hears nobody any more and disarms by itself (`
 read back by a separate read; an echo proves nothing, and ArduSub merges the echoes of several writes.
 
 The earlier value is stored in a file before anything is written, so that a companion that died can put it back when it
-starts again. If another program writes SYSID_MYGCS, its value stays: the companion takes the sticks again only after
-the feed-forward has been off once.
+starts again. The file is touched while the sticks are held: one that is fresh says that they were held from here. If
+another program writes SYSID_MYGCS, its value stays: the companion takes the sticks again only after the feed-forward
+has been off once.
 """
 
 import math
+import os
+import time
 from concurrent.futures import Executor, Future
 from contextlib import suppress
 from enum import Enum, auto
@@ -29,6 +32,10 @@ QUIET_S: Final = 0.3
 """Between the last write and the read that proves it: an echo on its way must not pass for the answer."""
 GIVE_UP_S: Final = 10.0
 CHECK_EVERY_S: Final = 5.0
+TOUCH_EVERY_S: Final = 1.0
+LATELY_S: Final = 10.0
+"""No other companion takes the sticks so shortly after the one on this computer died: the autopilot still takes that
+one's system for the pilot's, or has disarmed by itself."""
 _ON_AGAIN: Final = "FF_MODE 0 and on again"
 
 
@@ -46,8 +53,9 @@ class Handover:
 
     `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), and `trouble` the same as a
     sentence for the crew with the way out. `said` collects the other sentences. `value` is SYSID_MYGCS as last read,
-    NaN before; `starting` until that was acted on. `aside` keeps the value before in `store`, for a loop that must not
-    wait for a disk that stalls; without it `step` waits.
+    NaN before; `starting` until that was acted on; `held_lately` whether a companion with the same `store` held the
+    sticks just before this one began. `aside` keeps the value before in `store`, for a loop that must not wait for a
+    disk that stalls; without it `step` waits.
     """
 
     def __init__(
@@ -58,10 +66,13 @@ class Handover:
         self.fault = self.trouble = ""
         self.said: list[str] = []
         self.value = math.nan
+        self.held_lately = self._touched_lately()
         self._before = self._remembered()
         self.starting = True
         self._aside = aside or InlineExecutor()
         self._keeping: Future[None] | None = None
+        self._touching: Future[None] | None = None
+        self._touched_s = -math.inf
         self._barred = False
         self._due_s = -math.inf
         self._wrote_s = self._read_s = -math.inf
@@ -109,6 +120,8 @@ class Handover:
                 self._take(now_s)
         elif self.holder in (Holder.TAKING, Holder.HELD) and not wanted:
             self._begin(Holder.LEAVING, now_s)
+        if self.holder is Holder.HELD and now_s >= self._touched_s + TOUCH_EVERY_S:
+            self._keep_fresh(now_s)
         return self._messages(now_s)
 
     def on_value(self, name: str, value: float, now_s: float) -> None:
@@ -172,6 +185,10 @@ class Handover:
             return
         self._begin(Holder.TAKING, now_s)
 
+    def _keep_fresh(self, now_s: float) -> None:
+        if self._touching is None or self._touching.done():
+            self._touched_s, self._touching = now_s, self._aside.submit(self._touch)
+
     def _find_left_behind(self, now_s: float) -> None:
         """At the start alone: later, a 1 is another program's word."""
         self.starting = False
@@ -223,6 +240,18 @@ class Handover:
         except (OSError, ValueError):
             value = math.nan
         return value if 1 <= value <= 255 and value != self._system else float(self._ground)
+
+    def _touched_lately(self) -> bool:
+        """Whether `store` is there and fresh; a time of the future, after the clock was set back, is not."""
+        try:
+            return self._store is not None and 0 <= time.time() - self._store.stat().st_mtime < LATELY_S
+        except OSError:
+            return False
+
+    def _touch(self) -> None:
+        if self._store is not None:
+            with suppress(OSError):
+                os.utime(self._store)
 
     def _remember(self, before: float) -> None:
         if self._store is not None:

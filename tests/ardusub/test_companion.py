@@ -2,6 +2,8 @@
 
 import errno
 import math
+import os
+import time
 from concurrent.futures import Executor, Future
 from pathlib import Path
 
@@ -225,6 +227,38 @@ def test_a_companion_that_died_puts_the_sticks_back_when_it_starts_again(autopil
     assert autopilot.until(lambda: given_back(again), WAIT_S, again, pilot)
     assert pilot.read("SYSID_MYGCS") == 255
     assert not store.exists()
+
+
+LONG_AGO_S = 60.0
+"""Longer ago than a companion that died can still have the vehicle armed."""
+
+
+@pytest.mark.parametrize(("since_s", "listens"), [(0.0, False), (LONG_AGO_S, True), (-LONG_AGO_S, True)])
+def test_who_held_the_sticks_on_this_computer_until_just_now_is_not_listened_for(
+    fake, tmp_path, since_s, listens
+):
+    """`since_s` before now the file was touched last; below 0: after now, by a clock that was set back since."""
+    store = tmp_path / "sticks"
+    aboard, pilot = under_way(fake, Mode.ALONE, store=store)
+    aboard.alive = False
+    at_s = time.time() - since_s
+    os.utime(store, (at_s, at_s))
+    again, began_s = Aboard(fake, store=store), fake.clock.boot_s()
+    assert fake.until(lambda: given_back(again), WAIT_S, again, pilot)
+    assert (fake.clock.boot_s() - began_s > 2.0) == listens
+
+
+def test_the_file_of_the_sticks_is_kept_fresh_while_they_are_held_and_no_longer(fake, tmp_path):
+    store = tmp_path / "sticks"
+    aboard, pilot = under_way(fake, Mode.ALONE, store=store)
+    os.utime(store, (0.0, 0.0))
+    fake.run(1.5, aboard, pilot)
+    assert store.stat().st_mtime > 0
+    pilot.write("SYSID_MYGCS", 255)
+    assert fake.until(lambda: not taken(aboard), WAIT_S, aboard, pilot)
+    os.utime(store, (0.0, 0.0))
+    fake.run(3.0, aboard, pilot)
+    assert store.stat().st_mtime == 0
 
 
 def test_another_program_that_takes_the_sticks_keeps_them(autopilot):
@@ -530,3 +564,22 @@ def test_a_disk_that_stalls_holds_no_loop_up_and_the_sticks_are_taken_once_their
     (taken,) = handover.step(True, 1.3, asked=True)
     assert (taken.get_type(), taken.param_value) == ("PARAM_SET", 1.0)
     assert (handover.holder, store.read_text()) == (Holder.TAKING, "255\n")
+
+
+def test_a_disk_that_stalls_while_the_sticks_are_held_is_asked_once(tmp_path):
+    disk, store = Stalled(), tmp_path / "rov.sticks"
+    handover = Handover(1, 1, 255, store, disk)
+    handover.on_value("SYSID_MYGCS", 255.0, 0.0)
+    handover.step(False, 0.0, asked=False)
+    handover.step(True, 1.0, asked=True)
+    disk.goes_on()
+    for at_s in (1.1, 1.5):
+        handover.step(True, at_s, asked=True)
+    handover.on_value("SYSID_MYGCS", 1.0, 1.6)
+    assert handover.holder is Holder.HELD
+    for at_s in range(2, 20):
+        handover.step(True, float(at_s), asked=True)
+    assert len(disk.waiting) == 1
+    disk.goes_on()
+    handover.step(True, 20.0, asked=True)
+    assert len(disk.waiting) == 1

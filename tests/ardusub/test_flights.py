@@ -12,6 +12,7 @@ from rig import FILE, Aboard, Pilot, arm, ready
 from test_dvl_and_recording import WITH_DVL, Dvl
 
 from bench.ardusub.firmware import SteppedLink
+from bridge.files import state_folder
 from bridge.flight.flight import End, State
 from bridge.flight.limits import FlightLimits
 from bridge.onboard.program import LEAVE_WITHIN_S
@@ -42,7 +43,7 @@ class Flown:
 
     def start(self):
         """A companion starts, in place of one before it."""
-        self.aboard = Aboard(self.autopilot, file=WITH_DVL)
+        self.aboard = Aboard(self.autopilot, file=WITH_DVL, store=state_folder() / "sticks")
         self.dvl = Dvl(self.autopilot, self.aboard, (0.0, 0.0, 0.0))
 
     @property
