@@ -223,14 +223,17 @@ def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int
         run_ports(bridge, vehicle, clock, stop, rate_hz=COMPANION_HZ, last=give_back)
 
     def each(_: float) -> None:
-        faults = bridge.link_faults | bridge.device_faults
-        if companion is not None and (trouble := companion.trouble(clock.boot_s())):
-            faults = faults | {"the companion": trouble}
+        parts = bridge.link_faults | bridge.device_faults
+        troubles = {
+            "the ring": "" if ring is None else ring.fault,
+            "the companion": "" if companion is None else companion.trouble(clock.boot_s()),
+        }
+        faults = parts | {name: trouble for name, trouble in troubles.items() if trouble}
         for name, fault in faults.items():
             if known.get(name) != fault:
                 say_warning(fault)
         for name in known.keys() - faults.keys():
-            say(f"{name} is back")
+            say(f"no longer so: {known[name]}" if name in troubles else f"{name} is back")
         known.clear()
         known.update(faults)
 

@@ -132,11 +132,16 @@ class RingKeeper:
         self._waiting: deque[tuple[int, int, bytes]] = deque()
         self._waiting_bytes = 0
         self._lost = 0
-        self._failed, self._next_text_s = False, 0.0
+        self._fault, self._next_text_s = "", 0.0
         self._texts: list[str] = []
         self._lock, self._wake, self._stop = Lock(), Event(), Event()
         self._next_try_s = self._next_sync_s = clock.boot_s()
         self._thread: Thread | None = None
+
+    @property
+    def fault(self) -> str:
+        """Why nothing is written now, a sentence; "" while the disk takes what there is."""
+        return self._fault
 
     def start(self) -> None:
         """Start a thread that writes from now on."""
@@ -218,9 +223,12 @@ class RingKeeper:
 
     def _fail(self, fault: str, now_s: float) -> None:
         self._next_try_s = now_s + RETRY_S
-        if not self._failed or now_s >= self._next_text_s:
-            self._failed, self._next_text_s = True, now_s + TELL_AGAIN_S
-            self._say(f"ring: not written, {fault}")
+        said = f"ring: not written, {fault}"
+        if not self._fault or now_s >= self._next_text_s:
+            self._next_text_s = now_s + TELL_AGAIN_S
+            self._say(said)
+        # The first one: each attempt names a file of another number.
+        self._fault = self._fault or said
 
     def _say(self, text: str) -> None:
         with self._lock:
@@ -229,7 +237,7 @@ class RingKeeper:
     def _recover(self) -> None:
         """Report that nothing waits any more, after a failure or after frames that found no room."""
         with self._lock:
-            if self._waiting or not (self._failed or self._lost):
+            if self._waiting or not (self._fault or self._lost):
                 return
-            lost, self._lost, self._failed = self._lost, 0, False
+            lost, self._lost, self._fault = self._lost, 0, ""
             self._texts.append(f"ring: written again, {lost} frames lost")

@@ -8,6 +8,7 @@ import threading
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from fakes.ports import free_port
@@ -194,7 +195,7 @@ def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mis
     assert event.text == "cut short: 5 s of 7 s were dived"
 
 
-def bridge(tmp_path, monkeypatch, sensors, seconds="1.5", link=None):
+def bridge(tmp_path, monkeypatch, sensors, *more, seconds="1.5", link=None):
     monkeypatch.setattr("bridge.onboard.program.lasting", lambda *_: link or memory_pair()[0])
     vehicle = tmp_path / "some.yaml"
     vehicle.write_text(
@@ -204,7 +205,7 @@ def bridge(tmp_path, monkeypatch, sensors, seconds="1.5", link=None):
     )
     store = str(tmp_path / "memory.json")
     line = ["bridge", "--vehicle", str(vehicle), "--link", "any", "--parameters", store]
-    return cli.main([*line, "--seconds", seconds])
+    return cli.main([*line, "--seconds", seconds, *more])
 
 
 def test_a_bridge_without_any_port_tells_of_each_and_answers_with_the_code_of_a_link(
@@ -218,11 +219,18 @@ def test_a_bridge_without_any_port_tells_of_each_and_answers_with_the_code_of_a_
     assert "no device's port could be opened (dvl, imu)" in output
 
 
-class FaultyBridge:
+class IdleBridge:
+    """A bridge of which nothing is to be told."""
+
+    def __init__(self):
+        self.link_faults, self.device_faults, self.unread_ports = {}, {}, frozenset()
+
+
+class FaultyBridge(IdleBridge):
     """A bridge whose devices fail and come back as told."""
 
     def __init__(self, *_, **__):
-        self.link_faults = {}
+        super().__init__()
         self.device_faults = {"imu": "imu: there is no port /dev/ttyNone"}
         self.unread_ports = frozenset({"imu"})
 
@@ -250,6 +258,32 @@ def test_a_device_that_comes_back_is_told_and_one_port_is_enough(tmp_path, monke
         "warning: dvl silent: check cable",
         "imu is back",
     ]
+
+
+def test_what_stands_against_recording_and_companion_is_on_their_own_terminal_and_so_is_its_end(
+    tmp_path, monkeypatch, capsys
+):
+    full, unheard = "ring: not written, disk full", "no autopilot heard: look at --link"
+    ring = SimpleNamespace(fault="", identity=1, start=lambda: None, close=lambda: None)
+    troubles = iter([unheard, unheard, ""])
+
+    def steps(work, clock, seconds, each):
+        del work, clock, seconds
+        for now_s, fault in enumerate(["", full, ""]):
+            ring.fault = fault
+            each(float(now_s))
+
+    companion = SimpleNamespace(trouble=lambda _: next(troubles))
+    monkeypatch.setattr("bridge.onboard.program.ring_for", lambda *_: ring)
+    monkeypatch.setattr("bridge.ardusub.companion.Companion", lambda *_: companion)
+    monkeypatch.setattr("bridge.onboard.service.Bridge", lambda *_, **__: IdleBridge())
+    monkeypatch.setattr("bridge.command_line.until_stopped", steps)
+    assert bridge(tmp_path, monkeypatch, "{}", "--ardusub") == exit_codes.DONE
+    warned = [f"warning: {unheard}", f"warning: {full}"]
+    over = [f"no longer so: {full}", f"no longer so: {unheard}"]
+    said = capsys.readouterr().err.splitlines()
+    assert said[:2] == warned
+    assert sorted(said[2:]) == over[::-1]
 
 
 def test_the_bridge_beats_on_its_link_though_no_sensor_is_there(tmp_path, monkeypatch):

@@ -181,19 +181,21 @@ def test_a_disk_that_fails_is_told_once_and_loses_nothing_that_fits_in_memory():
     ring.put(0, 0.0, sent[20:])
     ring.write_waiting()
     assert ring.take_texts() == ["ring: written again, 0 frames lost"]
+    assert ring.fault == ""
     assert disk.records == sent
 
 
-def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later():
+def test_a_disk_that_goes_on_failing_is_told_once_a_minute_for_who_joins_later_and_is_one_fault():
     clock, disk = SimulatedClock(), Disk()
     ring = RingKeeper(disk, clock)
-    disk.fault = "disk full"
     reports = []
     for second in range(150):
+        disk.fault = f"disk full at file {second}"
         clock.advance_to(float(second))
         ring.put(0, float(second), frames(1))
         ring.write_waiting()
         reports += [second] * len(ring.take_texts())
+        assert ring.fault == "ring: not written, disk full at file 0"
     assert reports == [0, 60, 120]
 
 
