@@ -31,6 +31,9 @@ ERROR_SENTENCES: Final = {
     8: "the vehicle could not read it",
 }
 NOT_FROM_HERE: Final = "the vehicle does not permit it; it may take orders from another ground alone"
+NOT_KEPT: Final = (
+    "the vehicle does not take it: its disk can't be written, or it is armed and its feed-forward acts"
+)
 ANOTHER_WROTE: Final = (
     "the vehicle holds another set than was read back from it just now: another program wrote to it meanwhile"
 )
@@ -206,7 +209,9 @@ class Transfer:
         sentence = ERROR_SENTENCES.get(code, f"the vehicle answers error {code}")
         if name == COMMIT and code == OUT_OF_RANGE:
             sentence = ANOTHER_WROTE
-        elif name not in (COMMIT, MODE) and code == DENIED:
+        elif name == COMMIT and code == DENIED:
+            sentence = NOT_KEPT
+        elif name != MODE and code == DENIED:
             sentence = NOT_FROM_HERE
         if code in (DOES_NOT_EXIST, COMPONENT_NOT_FOUND):
             self._finish(item, Outcome.REFUSED, f"{name} refused: {sentence}")

@@ -6,7 +6,7 @@ import pytest
 from fakes.parameters_over_a_link import SOURCE, Reached, flown, is_told_as_it_is
 from soak import rest_in_soak
 
-from bridge.errors import ParamRejected
+from bridge.errors import ParamError, ParamRejected
 from bridge.vehicle.parameters import COMMIT, set_crc
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import NONE_YET, Turn, begin, new_preimage, newest
@@ -44,6 +44,19 @@ def test_a_vehicle_that_takes_nothing_from_here_ends_an_upload_soon_and_nothing_
     )
     assert {ending.results[name].outcome for name in TARGETS if name != "FF_MODE"} == {Outcome.REFUSED}
     assert vehicle.now_s < 20.0
+
+
+def test_a_vehicle_that_can_not_keep_a_set_is_to_be_looked_at_for_its_disk(monkeypatch):
+    vehicle = Reached(OLD)
+
+    def full(*_):
+        raise ParamError("disk full")
+
+    monkeypatch.setattr(vehicle.server._memory, "save", full)
+    ending = upload_to(vehicle)
+    assert is_old(vehicle)
+    assert ending.outcome is Outcome.ROLLED_BACK
+    assert "refused: the vehicle does not take it: its disk can't be written" in ending.sentence
 
 
 @pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
