@@ -129,8 +129,8 @@ def before_any_dive(file: VehicleFile, configuration: str) -> Knowledge:
     ]
     if absent:
         sentences.append(
-            f"The vehicle file names no {' and no '.join(absent)}: a typical one is taken for granted; without it the "
-            "dive tells nothing."
+            f"The vehicle file names no {' and no '.join(absent)}: a typical one is taken for granted (beside an "
+            "autopilot the IMU is the autopilot's); without it the dive tells nothing."
         )
     if open_names:
         sentences.append(

@@ -339,6 +339,7 @@ def test_a_prior_goes_before_the_files_model_and_that_before_a_guess_which_is_sa
     shape = with_shape(model={"M_u": 120.0, "M_v": 120.0, "D_v": 0.0}, priors={"M_u": Prior(111.0, 2.22)})
     bare = before_any_dive(load_vehicle("bluerov2_heavy"), "heavy")
     assert any("no DVL and no IMU" in sentence for sentence in bare.sentences)
+    assert any("beside an autopilot the IMU is the autopilot's" in sentence for sentence in bare.sentences)
     known = before_any_dive(FILE, "hovering")
     assert (known.values["M_u"], known.values["D_r"]) == pytest.approx((72.0 * 1.4, 10.5 * 0.7))
     assert any("M_u" in sentence and "far off" in sentence for sentence in known.sentences)
