@@ -21,7 +21,7 @@ from bridge.arrays import Array
 from bridge.attitude import angles_of, body_to_earth
 from bridge.errors import LinkError
 from bridge.links.addresses import LOOPBACK, no_listener
-from bridge.simulator.plant import Motion, Plant
+from bridge.simulator.plant import Motion, Plant, Stretch
 from bridge.simulator.truth import Truth
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
 from bridge.vehicle.thrusters import NEUTRAL_US, thrust_curve
@@ -51,13 +51,20 @@ _ORIGIN: Final = np.zeros(3)
 class JsonBody:
     """Answers ArduSub's packets with the motion of `plant`, which must take `step_hz` steps a second.
 
-    `first_output`: the output, from 1, that drives the first thruster; the others follow.
+    `first_output`: the output, from 1, that drives the first thruster; the others follow. `tell` gets each step's
+    motion.
     """
 
     def __init__(
-        self, plant: Plant, thrusters: int, *, first_output: int = 1, step_hz: float = STEP_HZ
+        self,
+        plant: Plant,
+        thrusters: int,
+        *,
+        first_output: int = 1,
+        step_hz: float = STEP_HZ,
+        tell: Callable[[Stretch], None] = lambda _: None,
     ) -> None:
-        self._plant, self.step_hz = plant, step_hz
+        self._plant, self.step_hz, self._tell = plant, step_hz, tell
         self._outputs = slice(first_output - 1, first_output - 1 + thrusters)
         self._count = -1
         self._begun_s = 0.0
@@ -93,6 +100,7 @@ class JsonBody:
     def _advance(self, pwm: list[int]) -> bytes:
         driven = tuple(float(us) if us >= _LOWEST_US else NEUTRAL_US for us in pwm[self._outputs])
         stretch = self._plant.advance(driven, 1 / self.step_hz)
+        self._tell(stretch)
         state, nu_dot = stretch.state[-1], stretch.nu_dot[-1]
         motion = Motion(
             stretch.time_s[-1:], state[None, :3], state[None, 3:7], state[None, 7:10], state[None, 10:],
@@ -124,6 +132,7 @@ def json_body(
     depth_m: float = 0.0,
     first_output: int = 1,
     step_hz: float = STEP_HZ,
+    tell: Callable[[Stretch], None] = lambda _: None,
 ) -> JsonBody:
     """The body of a vehicle file at rest; its thrust curve's lag and dead time count. Raises ConfigError."""
     shape, curve = file.vehicle.configurations[configuration], file.vehicle.thrust_curve
@@ -137,7 +146,7 @@ def json_body(
         rate_hz=step_hz,
         delay_s=curve.delay_s,
     )
-    return JsonBody(plant, len(shape.thrusters), first_output=first_output, step_hz=step_hz)
+    return JsonBody(plant, len(shape.thrusters), first_output=first_output, step_hz=step_hz, tell=tell)
 
 
 def serve(body: JsonBody, port: int, stop: Event, each: Callable[[], None] = lambda: None) -> None:

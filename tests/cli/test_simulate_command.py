@@ -12,12 +12,13 @@ from types import SimpleNamespace
 
 import pytest
 from fakes.ports import free_port
-from waiting import ended_once
+from waiting import ended_once, until
 
 from bridge import exit_codes
 from bridge.clock import SystemClock
 from bridge.links.link import memory_pair
 from bridge.onboard.parameters import parameters_of
+from bridge.sensors.waterlink import WaterlinkJsonParser
 from bridge.simulator.dive import SimulatedVehicle
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import CONFIGS, load_vehicle
@@ -395,3 +396,41 @@ def test_the_body_under_ardusub_answers_at_its_port(capsys, monkeypatch):
     east = [answer["velocity"][1] for answer in answers]
     assert abs(east[20]) < 0.02 < 0.1 < east[-1] < 2.0
     assert f"waits for ArduSub at port {port}" in capsys.readouterr().err
+
+
+def test_the_body_under_ardusub_has_a_dvl_at_its_port_of_the_vehicle_file(tmp_path, capsys, monkeypatch):
+    port, dvl_port = free_port(socket.SOCK_DGRAM), free_port(socket.SOCK_STREAM)
+    monkeypatch.setattr("tui.commands.simulate.PORT", port)
+    vehicle = tmp_path / "rov.yaml"
+    bundled = load_vehicle("bluerov2").path.read_text(encoding="utf-8")
+    sensors = (
+        f"{{dvl: {{kind: a50, port: 'tcp:127.0.0.1:{dvl_port}'}}, gnss: {{kind: ublox, port: /dev/ttyGPS}}}}"
+    )
+    vehicle.write_text(f"{bundled}\nsensors: {sensors}\n", encoding="utf-8")
+    samples, ahead = [], (1400, 1400, 1600, 1600, 1500, 1500)
+
+    def connected():
+        with suppress(ConnectionRefusedError):
+            return socket.create_connection(("127.0.0.1", dvl_port), timeout=60.0)
+
+    def dive():
+        parser, link = WaterlinkJsonParser(), until(connected)
+        with link, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as autopilot:
+            autopilot.settimeout(0.2)
+            for number in range(800):
+                packet = struct.pack("<HHI16H", 18458, 400, number, *ahead, *(0,) * 10)
+                autopilot.sendto(packet, ("127.0.0.1", port))
+                with suppress(OSError):
+                    autopilot.recv(4096)
+            while len(samples) < 15:
+                samples.extend(parser.feed(link.recv(4096), 0.0))
+
+    diving = threading.Thread(target=dive)
+    diving.start()
+    ended_once(monkeypatch, lambda: not diving.is_alive())
+    assert cli.main(["simulate", "--vehicle", str(vehicle), "--mission", "ardusub"]) == exit_codes.DONE
+    said = capsys.readouterr().err
+    assert f"open: 127.0.0.1 port {dvl_port} (TCP): the simulated dvl" in said
+    assert "the gnss is not simulated: only one whose port is tcp:127.0.0.1:PORT is" in said
+    assert 0.0 < samples[0].velocity[0] < 0.1
+    assert samples[-1].velocity[0] > 0.2

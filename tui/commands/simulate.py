@@ -7,6 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from bridge import clock as clocks
 from bridge import command_line, exit_codes
 from bridge.clock import Clock
@@ -19,10 +21,12 @@ from bridge.links.link import Link
 from bridge.onboard.parameters import ParameterServer, parameters_of
 from bridge.signing.link import Trouble
 from bridge.simulator.body import Start
+from bridge.simulator.devices import Surroundings
 from bridge.simulator.dive import WARM_UP_S, SimulatedVehicle, real_time
 from bridge.simulator.json_plant import PORT, json_body, serve
 from bridge.simulator.missions import mission_named
-from bridge.simulator.truth import GAIN, PLANTED, Truth, load_truth
+from bridge.simulator.served import ServedDevices
+from bridge.simulator.truth import GAIN, PLANTED, TYPICAL, Truth, load_truth
 from bridge.text import say, say_warning
 from bridge.vehicle.coefficients import BY_NAME, effect_coefficients, gain_name
 from bridge.vehicle.config import Configuration, VehicleFile, load_vehicle
@@ -228,16 +232,25 @@ def under_ardusub(arguments: argparse.Namespace, file: VehicleFile, configuratio
             f"{', '.join(idle_words)}: ArduSub flies this vehicle, keeps its parameters and its time; leave it out"
         )
     truth = wanted_truth(arguments, file, configuration)
-    body = json_body(file, configuration, truth, seed=arguments.seed)
+    clock, vehicle = clocks.SystemClock(), file.vehicle
+    world = Surroundings(TYPICAL, vehicle.water, vehicle.thrust_curve, clock.unix_s())
+    devices = ServedDevices(vehicle.sensors, world, np.random.default_rng((arguments.seed, 1)))
+    body = json_body(file, configuration, truth, seed=arguments.seed, tell=devices)
 
     def work(stop: threading.Event) -> None:
         show.say(
             show.words(),
-            f"{file.vehicle.name} waits for ArduSub at port {PORT}: ardusub --model JSON:127.0.0.1; Ctrl-C ends it",
+            f"{vehicle.name} waits for ArduSub at port {PORT}: ardusub --model JSON:127.0.0.1; Ctrl-C ends it",
+            *devices.sockets,
         )
+        for slot in devices.absent:
+            say_warning(f"the {slot} is not simulated: only one whose port is tcp:127.0.0.1:PORT is")
         serve(body, PORT, stop)
 
-    command_line.until_stopped(work, clocks.SystemClock(), arguments.seconds, lambda _: None)
+    try:
+        command_line.until_stopped(work, clock, arguments.seconds, lambda _: None)
+    finally:
+        devices.close()
     return exit_codes.DONE
 
 
