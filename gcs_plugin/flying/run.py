@@ -12,9 +12,11 @@ from gcs_plugin.flying.crew import Crew
 from gcs_plugin.flying.plan import FlightPlan, Piece
 
 UNHEARD_S: Final = 60.0
+"""A vehicle unheard for so long after its own limits have ended the flight is given up."""
 DESERTED_S: Final = 15.0
 """A companion that is silent beside its beating autopilot for so long is dead, and not on a link that loses much."""
-"""A vehicle unheard for so long after its own limits have ended the flight is given up."""
+WORDS_S: Final = 1.5
+"""The pieces of a long text come within a moment; one whose last piece is lost is told at the next heartbeat."""
 
 Widths = Mapping[str, float]
 """Half of the 95 % interval over the value, by the name of a coefficient."""
@@ -131,7 +133,7 @@ class PlanFlight:
             self._weigh(widths, now_s)
         if not self._landed:
             self._go_on(now_s)
-        self.over = self._landed and not self._concludes()
+        self.over = self._landed and not self._concludes() and not self._listens(now_s)
         progress = self._where()
         if progress != self._progress:
             self._progress = progress
@@ -139,7 +141,7 @@ class PlanFlight:
 
     def _where(self) -> Progress:
         words = self._activity()
-        if self._landed and not self.over:
+        if self._landed and not self.over and not self._crew.session.refused:
             words = "lies still; what it flew is identified"
         return Progress(self.outcome.pieces / len(self._plan.pieces), words, self.outcome.widths)
 
@@ -173,6 +175,10 @@ class PlanFlight:
             return False
         self._ask()
         return self._identifying.busy
+
+    def _listens(self, now_s: float) -> bool:
+        """Whether words on a refusal may still come: a long text comes in pieces, after the refusal itself."""
+        return self._crew.session.refused and now_s - self._begun_s < self.outcome.seconds + WORDS_S
 
     def _weigh(self, widths: Widths, now_s: float) -> None:
         self.outcome.widths = widths

@@ -57,6 +57,9 @@ class FlightReport:
     east_m: float
 
 
+REFUSED: Final = "the vehicle refuses; its words say why"
+
+
 class FlightSession:
     """Sends a flight's orders to a vehicle, again until acknowledged, and follows its reports.
 
@@ -102,6 +105,11 @@ class FlightSession:
         if self.failure:
             return self.failure
         return WORDS[End.NONE if self.heard is None else self.heard.end]
+
+    @property
+    def refused(self) -> bool:
+        """Whether the vehicle refused what was asked, and its words on that may still be under way."""
+        return self.failure == REFUSED
 
     def silent(self, now_s: float) -> bool:
         """Whether the vehicle has said nothing of its flight lately."""
@@ -208,11 +216,7 @@ class FlightSession:
             self._tries += 1
             self._queue.extendleft(reversed(self._rows))
             return
-        self.fail(
-            "this vehicle flies no manoeuvres by itself"
-            if unsupported
-            else "the vehicle refuses; its words say why"
-        )
+        self.fail("this vehicle flies no manoeuvres by itself" if unsupported else REFUSED)
 
     def _send(self, command: int, rows: Sequence[Seven]) -> None:
         self._rows = [_Command(command, row, place) for place, row in enumerate(rows)]

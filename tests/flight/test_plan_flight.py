@@ -21,12 +21,14 @@ from bridge import reports
 from bridge.clock import SimulatedClock, utc_text
 from bridge.errors import ConfigError, LinkError, LinkLost, LogError
 from bridge.flight.flight import End, State
+from bridge.flight.orders import ORDER, Order
 from bridge.links.link import Link, Wrapper, memory_pair
 from bridge.onboard.parameters import parameters_of
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
-from bridge.wire.framing import Encoder, Framer
+from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
+from bridge.wire.status_codes import status_texts
 from bridge.wire.tlog import read_tlog
 from gcs_plugin import simulated
 from gcs_plugin.dives.folder import DiveFolder, new_folder
@@ -269,6 +271,49 @@ def test_a_companion_that_died_beside_its_autopilot_is_told_and_not_that_it_goes
         flight.step()
     assert flight.outcome.words.startswith("the companion is not heard any more, and the autopilot is")
     assert ear.clock.boot_s() - died_s == pytest.approx(15.0, abs=1.0)
+
+
+class Refuses:
+    """A vehicle that lies still and refuses to begin; its words, in two pieces, come after the refusal."""
+
+    def __init__(self):
+        self.clock, self._vehicle, self._next = SimulatedClock(), Encoder(1, 191), []
+
+    def hear(self):
+        self.clock.advance_to(self.clock.boot_s() + 0.05)
+        still = Reading("flight", self.clock.boot_s(), (0.0, 0.0, 0.0, 0.0, 0.0, 0.0))
+        now, self._next = self._next[:1], self._next[1:]
+        return Framer().feed(b"".join((*now, self._vehicle.frame(*encode(still)))))
+
+    def send(self, raw):
+        (order,) = map(decode, Framer().feed(raw))
+        if order.get_type() != "COMMAND_LONG":
+            return
+        begins = order.command == ORDER and order.param1 == Order.BEGIN
+        result = dialect.MAV_RESULT_DENIED if begins else dialect.MAV_RESULT_ACCEPTED
+        # An order is answered by what it orders, a limit by its place.
+        place = int(order.param1)
+        ack = dialect.MAVLink_command_ack_message(order.command, result, 0, place, *GROUND_STATION)
+        texts = status_texts(REASON, dialect.MAV_SEVERITY_NOTICE, 1) if begins else ()
+        self._next += [self._vehicle.encode(message) for message in (ack, *texts)]
+
+
+REASON = "no flight: no battery measured: mend its sensor, or give battery_v 0"
+
+
+def test_a_flight_that_is_refused_ends_with_the_vehicles_words_why():
+    vehicle, words = Refuses(), []
+    crew = Crew(vehicle, memory_pair()[0], vehicle.clock, words.append)
+    crew.find(1)
+    plan = flight_plan("test", 0.4, [YAW])
+    flight = PlanFlight(crew, plan, LIMITS, Wanted(plan.coefficients, 0.03), Scripted({}))
+    flight.begin(3.0)
+    began_s = vehicle.clock.boot_s()
+    while not flight.over:
+        flight.step()
+    assert words == [f"vehicle: {REASON}"]
+    assert flight.outcome.words == "the vehicle refuses; its words say why"
+    assert vehicle.clock.boot_s() - began_s < 5.0
 
 
 def test_a_flight_that_is_recorded_here_is_put_on_the_disk_while_it_lasts(tmp_path):
