@@ -127,7 +127,7 @@ def _guessed_by_motion(
         if dive.pwm is None or np.count_nonzero(dive.pwm.value[:, :count].std(axis=0)) < count:
             continue
         wrong = miswired(dive, base, name)
-        turned = () if wrong is None else wrong.reversed
+        turned = () if wrong is None or wrong.swapped else wrong.reversed
         wired = Wiring(frame, tuple(range(1, count + 1)), turned)
         file = _wired_file(base, wired)
         if following(dive, file, name) < FOLLOWS:
@@ -170,7 +170,7 @@ def _by_motion(
 
 
 def _sentence(wrong: Miswired, wired: Wiring, firmware: Firmware) -> str:
-    if wrong.reversed:
+    if not wrong.swapped:
         motors = [wired.motors[place - 1] for place in wrong.reversed]
         now, then = (
             listed([firmware.turn(motor, sign if motor in wired.reversed else -sign) for motor in motors])
@@ -188,7 +188,11 @@ def _sentence(wrong: Miswired, wired: Wiring, firmware: Firmware) -> str:
         )
     first, second = (wired.motors[place - 1] for place in wrong.swapped)
     outputs = " and ".join(str(place) for place in wrong.swapped)
+    # Once they are exchanged, an output drives the other motor of the two.
+    turned = [second if place == wrong.swapped[0] else first for place in wrong.reversed]
+    also = " and ".join(firmware.turn(motor, 1 if motor in wired.reversed else -1) for motor in turned)
     return (
-        f"Motors {first} and {second} are swapped ({wrong.agreement}): swap their plugs on outputs {outputs}, or "
-        f"{firmware.drive(wrong.swapped[0], second)} and {firmware.drive(wrong.swapped[1], first)}."
+        f"Motors {first} and {second} are swapped{', with a wrong sign' if turned else ''} ({wrong.agreement}): swap "
+        f"their plugs on outputs {outputs}, or {firmware.drive(wrong.swapped[0], second)} and "
+        f"{firmware.drive(wrong.swapped[1], first)}{f'; and set {also}' if also else ''}."
     )

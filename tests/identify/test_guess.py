@@ -197,11 +197,47 @@ def moved(signs, order, file=FILE, together=0.0):
         ((-1, -1, 1, -1, -1, 1), (0, 1, 2, 3, 4, 5), ((1, 2, 4, 5), ())),
         ((-1, -1, -1, -1, -1, -1), (0, 1, 2, 3, 4, 5), ((1, 2, 3, 4, 5, 6), ())),
         ((1, 1, 1, 1, 1, 1), (3, 1, 2, 0, 4, 5), ((), (1, 4))),
+        ((1, 1, 1, -1, 1, 1), (3, 1, 2, 0, 4, 5), ((1,), (1, 4))),
     ],
 )
 def test_the_motors_that_the_motion_contradicts_are_named(signs, order, motors):
     miswiring = miswired(moved(np.array(signs, dtype=float), np.array(order)), FILE, "standard")
     assert (miswiring and (miswiring.reversed, miswiring.swapped)) == motors
+
+
+def boat(directions, sides, tmp_path):
+    """A boat of two stern thrusters, numbered as they stand."""
+    thrusters = [
+        f"{{direction: [{x}, 0.0, 0.0], position_m: [-0.4, {y}, 0.0]}}"
+        for x, y in zip(directions, sides, strict=True)
+    ]
+    path = tmp_path / f"boat{directions}{sides}.yaml"
+    path.write_text(
+        "name: boat\nconfigurations:\n  boat:\n    dry_mass_kg: 15.0\n    inertia_kgm2: [1.0, 2.0, 2.0]\n"
+        f"    thrusters: [{', '.join(thrusters)}]\n"
+    )
+    return load_vehicle(str(path))
+
+
+def test_a_pair_that_is_swapped_and_reversed_is_told_at_once_and_no_mend_of_one_axis_spoils_another(tmp_path):
+    dive = moved(np.ones(2), np.arange(2), boat((-1.0, 1.0), (0.3, -0.3), tmp_path))
+    told = {
+        (1.0, 1.0): ((1,), (1, 2), None),  # a sign and the sides
+        (-1.0, 1.0): ((1, 2), (1, 2), 5),  # the sides alone, which turns the yaw round
+    }
+    for directions, wrong in told.items():
+        found = miswired(dive, boat(directions, (-0.3, 0.3), tmp_path), "boat")
+        assert (found.reversed, found.swapped, found.mirrors) == wrong
+    assert "or it is the sign of the recorded rate of turn in yaw that is wrong" in found.mend
+    assert miswired(dive, boat((-1.0, 1.0), (0.3, -0.3), tmp_path), "boat") is None
+
+
+def test_swapped_motors_of_a_wrong_sign_are_told_with_the_settings_of_both(tmp_path, monkeypatch):
+    dive = moved(np.array((1.0, 1.0, 1.0, -1.0, 1.0, 1.0)), np.array((3, 1, 2, 0, 4, 5)))
+    monkeypatch.setattr("identify.run.vehicle_of_log.read_dive", lambda _path, **_of: dive)
+    (finding,) = guess(tlog(tmp_path / "a.tlog", PLAIN)).findings
+    assert finding.startswith("Motors 1 and 4 are swapped, with a wrong sign (so wired, ")
+    assert "SERVO1_FUNCTION 36 and SERVO4_FUNCTION 33; and set MOT_4_DIRECTION -1." in finding
 
 
 @pytest.mark.parametrize("motor", [5, 8])

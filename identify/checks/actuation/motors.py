@@ -1,20 +1,21 @@
 """Which motors are reversed, or which two are swapped, by the recorded motion against the thrust.
 
-Each wiring that differs from the given one by reversed motors, or by one swapped pair, is tried: the velocities and the
-rate of turn should go with the thrust that it gives, behind the vehicle's lag, and their changes with its sign. It is
-named where they follow it clearly better than the given wiring. The speed alone gives no sign: a controller that brakes
-against a sea pushes against it.
+Each wiring that differs from the given one by reversed motors, by one swapped pair, or by both faults in one pair, is
+tried: the velocities and the rate of turn should go with the thrust that it gives, behind the vehicle's lag, and their
+changes with its sign. It is named where they follow it clearly better than the given wiring, in all degrees of freedom
+that follow either; two faults at once, where they do so clearly better than with one. The speed alone gives no sign: a
+controller that brakes against a sea pushes against it.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import YAW
+from bridge.vehicle.coefficients import DOFS, YAW
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix
 from identify.checks.actuation.thrust_response import LAGS_S, behind
@@ -25,6 +26,8 @@ from identify.thrust.wrench import asked_thrusts
 from identify.words import fixed, listed
 
 Order = NDArray[np.int64]
+_Faults = tuple[tuple[int, ...], tuple[int, ...]]
+"""Motors reversed and motors swapped, as in `Miswired`."""
 
 FOLLOWS = 0.5
 """Least correlation of a motion that follows a thrust."""
@@ -46,42 +49,58 @@ MOST_OF_ANY = 8
 
 @dataclass(frozen=True)
 class Miswired:
-    """A wiring that the motion follows better than the vehicle file's: thrusters reversed, or two swapped.
+    """A wiring that the motion follows better than the vehicle file's: thrusters reversed, two swapped, or both.
 
-    reversed, swapped: their numbers in the vehicle file, from 1. follows: mean correlation of the motion with the
-    thrust of this wiring, over the degrees of freedom that follow it and that it changes; followed: with that of the
-    vehicle file's.
+    reversed, swapped: their numbers in the vehicle file, from 1; where both are given, two are swapped first, and
+    those that then bear the numbers of `reversed` are turned round. follows: mean correlation of the motion with the
+    thrust of this wiring, over the degrees of freedom that follow it or the one before and that it changes; followed:
+    with that of the one before, which is the vehicle file's, or that with one of two faults mended. mirrors: the degree
+    of freedom whose thrust this wiring turns round while it leaves that of all others as it is, if there is one.
     """
 
     reversed: tuple[int, ...]
     swapped: tuple[int, ...]
     follows: float
     followed: float
+    mirrors: int | None = None
 
     @property
     def agreement(self) -> str:
         """How well the motion follows the thrust of both wirings."""
+        before = "with one of both mended at most" if self.swapped and self.reversed else "as it is"
         return (
             f"so wired, the recorded motion follows the thrust by {fixed(self.follows, 2)}, and by "
-            f"{fixed(self.followed, 2)} as it is"
+            f"{fixed(self.followed, 2)} {before}"
         )
 
     @property
     def problem(self) -> str:
-        numbers = listed([str(number) for number in self.reversed or self.swapped])
-        if len(self.reversed) == 1:
-            wrong = f"Thruster {numbers} pushes the other way than the vehicle file says"
-        elif self.reversed:
-            wrong = f"Thrusters {numbers} push the other way than the vehicle file says"
-        else:
+        numbers = listed([str(number) for number in self.swapped or self.reversed])
+        if self.swapped:
             wrong = f"Thrusters {numbers} push in each other's place"
+            if self.reversed:
+                wrong += f", {self._of_both} the other way round"
+        elif len(self.reversed) == 1:
+            wrong = f"Thruster {numbers} pushes the other way than the vehicle file says"
+        else:
+            wrong = f"Thrusters {numbers} push the other way than the vehicle file says"
         return f"{wrong} ({self.agreement})"
 
     @property
     def mend(self) -> str:
-        if self.reversed:
+        if not self.swapped:
             return "turn their directions round in the vehicle file"
-        return "exchange the two in the vehicle file, or their plugs on the vehicle"
+        if not self.reversed:
+            return "exchange the two in the vehicle file, or their plugs on the vehicle"
+        mend = f"exchange the two in the vehicle file, and turn round the direction of {self._of_both}"
+        if self.mirrors is None:
+            return mend
+        sensor = "velocity" if self.mirrors < 3 else "rate of turn"
+        return f"{mend}; or it is the sign of the recorded {sensor} in {DOFS[self.mirrors]} that is wrong"
+
+    @property
+    def _of_both(self) -> str:
+        return "both" if len(self.reversed) > 1 else f"the one that then is number {self.reversed[0]}"
 
 
 @dataclass(frozen=True)
@@ -141,7 +160,7 @@ def following(dive: Dive, file: VehicleFile, configuration_name: str) -> float:
 
 
 def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired | None:
-    """The motors reversed, or the pair swapped, that the motion of a dive shows; None for none.
+    """The motors reversed, and the pair swapped, that the motion of a dive shows; None for none.
 
     Motors whose sign makes no clear difference are left as they are.
     """
@@ -150,22 +169,45 @@ def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired
         return None
     matrix = allocation_matrix(file.vehicle.configurations[configuration_name])
     count = matrix.shape[1]
-    wirings = [
-        *((motors, (), matrix * _signs(motors, count)) for motors in _reversals(count)),
-        *(((), pair, matrix[:, _exchanged(pair, count)]) for pair in combinations(range(1, count + 1), 2)),
+    pairs = list(combinations(range(1, count + 1), 2))
+    one_fault: list[_Faults] = [
+        *((motors, ()) for motors in _reversals(count)),
+        *(((), pair) for pair in pairs),
     ]
-    effects = np.array([matrix, *(wired for *_, wired in wirings)])
-    _, *each_follows = np.column_stack([each.follows(effects[:, each.dof]) for each in driven])
+    two_faults: list[_Faults] = [(motors, pair) for pair in pairs for motors in (pair[:1], pair[1:], pair)]
+    once = _best_wiring(driven, matrix, matrix, one_fault)
+    before = matrix if once is None else _wired(matrix, once.reversed, once.swapped)
+    twice = _best_wiring(driven, matrix, before, two_faults)
+    if twice is None:
+        return once
+    return replace(twice, mirrors=_mirrored(matrix, _wired(matrix, twice.reversed, twice.swapped)))
+
+
+def _best_wiring(
+    driven: Sequence[_Driven], given: Array, before: Array, faults: Sequence[_Faults]
+) -> Miswired | None:
+    """Of the wirings that differ from the given one by some faults, that which the motion follows clearly better than
+    the one before; None for none, or for several that are as good and share no reversed motor.
+
+    given, before: allocation matrices (6, k), the vehicle file's and that with the faults found before mended.
+    """
+    if not faults:
+        return None
+    wirings = np.array([_wired(given, *each) for each in faults])
+    effects = np.concatenate([before[None], wirings])
+    of_before, *each_follows = np.column_stack([each.follows(effects[:, each.dof]) for each in driven])
     _, *each_followed = np.column_stack([each.followed(effects[:, each.dof]) for each in driven])
-    judged = max(each_follows, key=lambda values: float(values.sum())) > 0
+    judged = (max(each_follows, key=lambda values: float(values.sum())) > 0) | (of_before > 0)
     if not judged.any():
         return None
     dofs = [each.dof for each in driven]
     tried: list[Miswired] = []
     means = [float(values[judged].mean()) for values in each_follows]
-    for (motors, pair, wired), values, followed in zip(wirings, each_follows, each_followed, strict=True):
-        # Where the wiring changes nothing, the motion follows both alike, however wrong the given one is.
-        changed = judged & (np.abs(wired - matrix)[dofs].max(axis=1) > LEAST_CHANGE)
+    for (motors, pair), wired, values, followed in zip(
+        faults, wirings, each_follows, each_followed, strict=True
+    ):
+        # Where the wiring changes nothing, the motion follows both alike, however wrong the one before is.
+        changed = judged & (np.abs(wired - before)[dofs].max(axis=1) > LEAST_CHANGE)
         of = changed if changed.any() else judged
         tried.append(Miswired(motors, pair, float(values[of].mean()), float(followed[of].mean())))
     top = max(means)
@@ -176,7 +218,7 @@ def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired
     if len(near) == 1:
         return best
     agreed = tuple(motor for motor in best.reversed if all(motor in each.reversed for each in near))
-    return next((each for each in tried if agreed and each.reversed == agreed), None)
+    return next((each for each in tried if agreed and each.reversed == agreed and not each.swapped), None)
 
 
 def miswired_doubts(dive: Dive, file: VehicleFile, configuration_name: str) -> tuple[Doubt, ...]:
@@ -192,6 +234,19 @@ def _reversals(count: int) -> Iterator[tuple[int, ...]]:
     most = count if count <= MOST_OF_ANY else 2
     for size in range(1, most + 1):
         yield from combinations(range(1, count + 1), size)
+
+
+def _wired(matrix: Array, motors: tuple[int, ...], pair: tuple[int, ...]) -> Array:
+    """An allocation matrix (6, k) with a pair of its thrusters exchanged, and then some turned round."""
+    count = matrix.shape[1]
+    order = _exchanged(pair, count) if pair else np.arange(count, dtype=np.int64)
+    return np.asarray(matrix[:, order] * _signs(motors, count))
+
+
+def _mirrored(given: Array, wired: Array) -> int | None:
+    """The degree of freedom whose thrust alone another wiring (6, k) changes, if it turns it round."""
+    changed = np.flatnonzero(np.abs(wired - given).max(axis=1) > LEAST_CHANGE)
+    return int(changed[0]) if len(changed) == 1 and np.allclose(wired[changed], -given[changed]) else None
 
 
 def _signs(motors: Sequence[int], count: int) -> Array:
