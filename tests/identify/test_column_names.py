@@ -73,6 +73,14 @@ KNOWN = [
     ("", "nu.1", "velocity", 1, None),
     ("", "nu.5", "gyro", 2, None),
     ("", "eta.3", "euler", 0, None),
+    ("", "vel_u", "velocity", 0, None),
+    ("", "vel_r", "gyro", 2, None),
+    ("", "AsX", "gyro", 0, None),
+    ("", "AngleZ(deg)", "euler", 2, "deg"),
+    ("", "thr_left", "pwm", 1, None),
+    ("", "rightThruster", "pwm", 2, None),
+    ("", "port_motor_rpm", "rpm", 1, None),
+    ("", "starboard_thrust_N", "pwm", 2, "N"),
 ]
 
 
@@ -92,6 +100,8 @@ def test_a_usual_name_is_known_with_its_axis_and_unit(topic, field, signal, plac
         "pressure_temperature",
         "comment",
         "x",
+        "thruster_front_left",
+        "left_wheel",
     ],
 )
 def test_what_was_not_measured_and_what_nobody_knows_has_no_signal(field):

@@ -274,6 +274,17 @@ def test_commands_from_minus_one_to_one_or_in_per_cent_stay_shares_and_are_to_be
     assert choice.confidence is Confidence.GUESSED
 
 
+def test_of_thrusters_named_by_their_side_port_is_the_first_and_that_is_asked():
+    pulses = {"thr_right": READ["pulses"][:, 1], "thr_left": READ["pulses"][:, 0]}
+    proposal = proposed({"t": READ["t"], "u": READ["velocity"][:, 0]} | pulses)
+    (choice,) = [choice for choice in proposal.choices if choice.signal == "pwm"]
+    assert (choice.columns.columns, choice.columns.unit) == (("thr_left", "thr_right"), "us")
+    words = "Port is taken for the vehicle file's first thruster, and starboard for its second."
+    assert choice.reasons[-1] == words
+    assert words in map_text(proposal, LOG.name)
+    assert "FLU" not in map_text(proposal, LOG.name)
+
+
 def test_a_force_along_one_axis_is_a_wrench_whose_other_parts_are_nothing():
     columns = {"t": READ["t"], "u": READ["velocity"][:, 0], "X_N": 20.0 * np.sin(READ["t"])}
     wrench = proposed(columns).columns.tau_cmd
@@ -456,6 +467,16 @@ def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence(
     with pytest.raises(NothingKnown, match="no column but the time is known by its name") as refused:
         proposed({"t": READ["t"], "colour": READ["t"]})
     assert [profile.name for profile in refused.value.seen.profiles] == ["t", "colour"]
+
+
+def test_columns_that_are_known_by_name_and_have_no_time_are_named():
+    motion = Stream("motion", {"u": READ["velocity"][:100, 0], "r": READ["gyro"][:100, 2]}, {})
+    clock = Stream("clock", {"time": READ["t"]}, {})
+    with pytest.raises(NothingKnown, match=r"motion\.u, motion\.r have no time beside them; save the times"):
+        propose((clock, motion), LOG)
+    pushed = Stream("pushed", {"time": READ["t"], "T1": READ["pulses"][:, 0]}, {})
+    told = "motion.u, motion.r: not used. No 'time' beside them says when they were read."
+    assert told in propose((pushed, motion), LOG).notes
 
 
 def test_a_file_in_which_no_time_passes_says_so_and_does_not_speak_of_runs():

@@ -11,7 +11,7 @@ from bridge.arrays import Array
 from identify.checks.mapping.mend import Mend
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
-from identify.ingest.mapping.names import is_position_z, named, snake
+from identify.ingest.mapping.names import is_by_side, is_position_z, named, snake
 from identify.ingest.mapping.ranges import Guess, from_surface, unit_of
 from identify.words import listed
 
@@ -235,6 +235,9 @@ def _choice(candidate: Candidate) -> tuple[Choice | None, str]:
         confidence = Confidence.GUESSED
     if signal == "depth" and any(map(is_position_z, filter(None, names))):
         reasons.append("It is a position, which may count from elsewhere than the surface.")
+    if signal in ("pwm", "rpm") and all(map(is_by_side, filter(None, names))):
+        reasons.append("Port is taken for the vehicle file's first thruster, and starboard for its second.")
+        confidence = Confidence.GUESSED
     if candidate.frame == "FLU":
         reasons.append("By its name, y is to port, so its axes are forward, left, up.")
     if candidate.frame in EARTH:

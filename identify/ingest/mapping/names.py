@@ -62,6 +62,11 @@ _NO_MEASUREMENT = re.compile(
 _WANTED = re.compile(r"desired|setpoint|set_point|target|reference|(^|_)(ref|des|goal|cmd|command)(_|$)")
 """Topics of orders to a vehicle, not of its motion."""
 _COMMANDS = ("pwm", "rpm", "tau_cmd")
+_SIDE = "(left|port|right|starboard|stbd)"
+_ALONG = "front|rear|fore|aft|back|bow|mid|middle|vert|vertical|upper|lower|top|bottom"
+_PAIR = rf"(?!.*(?:^|_)(?:{_ALONG})(?:_|$))(?:.*_)?"
+"""Begins the rule of a pair of thrusters: names that say more than a side are of more than two."""
+_PUSHES = "(?:pwm|servo|esc|motor|thruster|thrusters|thr|throttle|prop|propeller)"
 
 _RULES: tuple[tuple[str, str, str], ...] = (
     ("velocity", r"(?:.*_)?twist_linear_([xyz])", ""),
@@ -79,6 +84,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("velocity", r"([uvw])(?:_dvl|_body|_b)?|dvl_([uvwxyz])|dvl_v([xyz])", ""),
     ("velocity", r"(surge|sway|heave)(?:_(?:velocity|speed|vel))?", ""),
     ("velocity", r"v_?([xyz])(?:_body|_b)?", ""),
+    ("velocity", r"(?:vel|velocity|speed)_([uvw])", ""),
     ("velocity", r"(?:uvw|nu)_([012])", ""),
     ("gyro", r"(?:.*_)?twist_angular_([xyz])", ""),
     ("gyro", r"xyz_([012])|([xyz])", r"angular_velocity|gyro"),
@@ -86,6 +92,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("gyro", r"(?:.*_)?(roll|pitch|yaw)_?(?:rate|speed|vel)", ""),
     ("gyro", r"(?:.*_)?(turn|heading)_?(?:rate|speed)|rate_of_(turn)", ""),
     ("gyro", r"w_?([xyz])|w_(row|roll|pitch|yaw)", ""),
+    ("gyro", r"(?:vel|velocity|rate|omega)_([pqr])|as_?([xyz])", ""),
     ("gyro", r"pqr_([012])|nu_([345])", ""),
     ("fog", r"fog|fog_(?:rate|z|r|yaw_rate)", ""),
     ("specific_force",
@@ -95,6 +102,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0123])|q([wxyz0123])", ""),
     ("euler", r"(?:.*_)?(roll|pitch|yaw|heading|hdg)(?:_angle)?", ""),
     ("euler", r"(phi|theta|psi)", ""),
+    ("euler", r"ang(?:le)?_?([xyz])", ""),
     ("euler", r"(?:.*_)?(?:euler(?:_angles?)?|eul|rpy)_([xyz012])|eta_([345])", ""),
     ("euler", r"(?:vector_)?([xyz])", r"(^|_)(rpy|euler)(_|$)"),
     ("euler", r"angular_([xyz])", r"^(?!.*(?:rate|vel|speed|gyro)).*attitude"),
@@ -113,6 +121,12 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("pwm", r"(?:t|m|c|ch|u)(\d+)", ""),
     ("pwm", r"(?:u_)?(?:thr|cmds?|commands?)_?(\d+)", ""),
     ("pwm", r"data_(\d+)", r"thruster|pwm|motor|servo|actuator|command|output"),
+    ("rpm", rf"{_PAIR}(?:rpm|rps)_{_SIDE}", ""),
+    ("rpm", rf"{_PAIR}{_SIDE}_(?:.*_)?(?:rpm|rps)", ""),
+    ("pwm", rf"{_PAIR}{_PUSHES}_{_SIDE}(?:_(?:raw|pwm|command|cmd|output))?", ""),
+    ("pwm", rf"{_PAIR}{_SIDE}_{_PUSHES}(?:_(?:raw|pwm|command|cmd|output))?", ""),
+    ("pwm", rf"{_PAIR}(?:force|thrust)_{_SIDE}(?:_(?:command|cmd))?", ""),
+    ("pwm", rf"{_PAIR}{_SIDE}_(?:force|thrust)(?:_(?:command|cmd))?", ""),
     ("tau_cmd", r"(?:.*_)?(force_[xyz]|torque_[xyz])", ""),
     ("tau_cmd", r"(?:.*_)?f_?([xyz])", ""),
     ("tau_cmd", r"(?:.*_)?(surge|sway|heave)_(?:force|thrust)", ""),
@@ -145,6 +159,7 @@ _AXES: dict[str, dict[str, int]] = {
 }  # fmt: skip
 _UP = ("u", "up")
 _LEFT = ("left", "port")
+_SIDES = {"left": 1, "port": 1, "right": 2, "starboard": 2, "stbd": 2}
 _XYZ = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 
 _BRACKETED = re.compile(r"(.*?)\s*[\[(]\s*([^\d\])][^\])]*)[\])]\s*")
@@ -195,7 +210,7 @@ def named(topic: str, field: str) -> Named | None:
             start, end = match.span(span)
             word = match[span]
             if signal in ("pwm", "rpm"):
-                place = int(word)
+                place = _SIDES.get(word) or int(word)
             else:
                 place = _AXES[signal].get(word, _XYZ.get(word, -1))
             family = f"{rank}:{plain[:start]}*{plain[end:]}"
@@ -203,7 +218,7 @@ def named(topic: str, field: str) -> Named | None:
                 if "_enu_" in plain:
                     return Named("velocity", (1, 0, 2)[place], family, unit, rank, "ENU")
                 return Named("velocity", place, family, unit, rank, "ENU" if word in _UP else "NED")
-            return Named(signal, place, family, unit, rank, "FLU" if word in _LEFT else "")
+            return Named(signal, place, family, unit, rank, "FLU" if is_measured and word in _LEFT else "")
     return None
 
 
@@ -232,6 +247,12 @@ def position_in(fields: Iterable[str]) -> tuple[str, str, str | None] | None:
         if match := _PLACE.fullmatch(snake(field)):
             places.setdefault(match[1], {})[_XYZ[match[2]]] = field
     return next(((of[0], of[1], of.get(2)) for of in places.values() if of.keys() >= {0, 1}), None)
+
+
+def is_by_side(name: str) -> bool:
+    """Whether a thruster's name says on which side it is, and no number."""
+    words = snake(name).split("_")
+    return any(word in _SIDES for word in words) and not any(word.isdigit() for word in words)
 
 
 _VALID = re.compile(r"(?:.*_)?(?:velocity|vel|dvl|bottom|bottom_track)_(?:is_)?(?:valid|lock(?:ed)?)")

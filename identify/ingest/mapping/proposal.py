@@ -74,12 +74,16 @@ class Proposal:
 
 
 class NothingKnown(LogError):
-    """No column of a file is known by its name. `seen`: a map of its time alone, with the profile of each column."""
+    """No column of a file that has a time is known by its name. `seen`: a map of its time alone, with the profile of
+    each column; `untimed`: the columns that are known by their names and have no time."""
 
-    def __init__(self, seen: Proposal, path: Path) -> None:
+    def __init__(self, seen: Proposal, untimed: Sequence[str], path: Path) -> None:
         self.seen = seen
         super().__init__(
-            "no column but the time is known by its name; write the column map by hand, as "
+            f"{', '.join(untimed)} have no time beside them; save the times with the readings, in one struct or of one "
+            "length"
+            if untimed
+            else "no column but the time is known by its name; write the column map by hand, as "
             "docs/howto/bring_your_own_log.md shows, from the columns above",
             path,
         )
@@ -99,6 +103,11 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     timed = [stream for stream in streams if time.column in (*stream.columns, *stream.text)]
     candidates = [candidate for stream in timed for candidate in candidates_in(stream, time.column)]
     choices, notes = choices_of(candidates)
+    untimed = _untimed(streams, timed, time.column)
+    if untimed:
+        notes.append(
+            f"{', '.join(untimed)}: not used. No '{time.column}' beside them says when they were read."
+        )
     if apart and time.column != RECEIVED:
         notes.append(
             f"By '{time.column}', {apart}: no signal was held against another. Name one clock of all."
@@ -110,7 +119,7 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     if not choices:
         columns = map_of(time, ())
         seen = Proposal(columns, (), profiles(streams, columns), tuple(notes), time_reason)
-        raise NothingKnown(seen, path)
+        raise NothingKnown(seen, untimed, path)
     if not apart:
         notes += _without_common_time(timed, choices, time)
         try:
@@ -333,6 +342,17 @@ def _spans(streams: Sequence[Stream], time: TimeColumn) -> list[tuple[float, flo
         known = known[np.isfinite(known)]
         spans += [(float(known.min()), float(known.max()), stream.name)] if len(known) else []
     return spans
+
+
+def _untimed(streams: Sequence[Stream], timed: Sequence[Stream], time: str) -> list[str]:
+    """The columns that are known by their names, of topics without the time column."""
+    return [
+        candidate.names
+        for stream in streams
+        if stream not in timed
+        for candidate in candidates_in(stream, time)
+        if candidate.moves
+    ]
 
 
 def _without_common_time(
