@@ -77,6 +77,17 @@ def test_rows_of_a_clock_of_whole_seconds_are_spread_over_each():
     )
 
 
+def test_a_loop_that_slows_down_and_pauses_keeps_its_rows():
+    seconds = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 30.0, 31.0, 32.0, 33.0]
+    spread = within_seconds(np.repeat(seconds, [20, 20, 20, 19, 16, 13, 10, 10, 4, 5, 10, 10, 10]))
+    assert spread is not None
+    assert (np.diff(spread) > 0).all()
+    # Before the pause the last part of a second lies at its beginning, and after it at its end.
+    assert spread[(spread >= 9.0) & (spread < 31.0)] == pytest.approx(
+        [*np.arange(9.0, 9.35, 0.1), *np.arange(30.5, 30.95, 0.1)]
+    )
+
+
 def test_a_row_without_a_time_stays_without_one_and_moves_no_other():
     spread = within_seconds(np.array([1.0, 1.0, 2.0, 2.0, np.nan, 3.0, 3.0]))
     np.testing.assert_array_equal(spread, [1.0, 1.5, 2.0, 2.5, np.nan, 3.0, 3.5])

@@ -167,9 +167,12 @@ def test_depth_in_centimetres_is_found_by_heave_where_pressure_is_not_recorded()
     assert (mend.signal, mend.factors) == ("depth", pytest.approx((0.01,)))
 
 
-def test_velocity_in_centimetres_is_told_from_depth_in_hectometres_by_its_size():
-    (mend,) = mends(without(changed("velocity", (100.0,) * 3), "pressure"))
-    assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.01,) * 3))
+@pytest.mark.parametrize("factor", [100.0, 1 / 0.3048])
+def test_where_the_velocity_is_too_large_for_the_depth_its_own_unit_is_mended_as_no_depth_has_one_that_long(
+    factor,
+):
+    (mend,) = mends(without(changed("velocity", (factor,) * 3), "pressure", "specific_force"))
+    assert (mend.signal, mend.factors) == ("velocity", pytest.approx((1 / factor,) * 3))
 
 
 def test_an_accelerometer_alone_turns_all_that_nothing_contradicts_to_its_frame():

@@ -53,7 +53,6 @@ PRESSURES = {
 FITS_AIR = 0.5
 """Part of the air's pressure within which depth and pressure agree in the absolute."""
 
-FASTEST_M_S = 4.0
 SHALLOW = 1.0
 """A position whose least depth is less than this part of how far it goes began near the surface."""
 LARGEST_OFFSET_M = 1.0
@@ -362,13 +361,12 @@ def _heave(dive: Dive) -> tuple[Mend, ...]:
     unit = unit_factor(abs(match.ratio), tuple(LENGTHS))
     if unit is None:
         return ()
-    velocity = readings(dive.velocity)
-    fast = velocity is not None and np.quantile(np.abs(velocity.value), 0.95) > FASTEST_M_S
     by_pressure = pressure_match(dive)
     is_borne_out = dive.depth is None or (
         by_pressure is not None and 1 / NEAR_UNIT < by_pressure.ratio < NEAR_UNIT
     )
-    signal = "velocity" if is_borne_out or (fast and unit > 1) else "depth"
+    # No unit of a depth is longer than a metre.
+    signal = "velocity" if is_borne_out or unit > 1 else "depth"
     factors = (1 / unit,) * 3 if signal == "velocity" else (unit,)
     words = f"the unit of {_MEANT[signal]} is not as taken"
     if signal == "depth":

@@ -5,6 +5,7 @@ from datetime import UTC, datetime, time, timedelta
 from typing import Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from bridge.arrays import Array
 
@@ -16,8 +17,9 @@ LATE_S: Final = 600.0
 FEWEST_SECONDS: Final = 3
 MOST_WRONG: Final = 0.05
 """Share of stamps that are no time of day, up to which they are damage, and beyond which the clock is another."""
-NEARLY, MOST = 0.15, 0.8
-"""Seconds hold about as many rows each if MOST of them are within NEARLY of the usual number, or off by one row."""
+NEARLY, MOST, ABOUT = 0.15, 0.8, 5
+"""Seconds hold about as many rows each if MOST of them are within NEARLY of the usual number, which is the median of
+ABOUT seconds, or off by one row."""
 
 
 def iso_s(words: Sequence[str]) -> Array:
@@ -77,11 +79,19 @@ def _past_midnight(time_s: Array) -> Array:
     return time_s
 
 
-def within_seconds(time_s: Array) -> Array | None:
-    """Times (n,) spread evenly over each second, for a clock (n,) of whole seconds with about as many rows in each.
+def _usual(count: NDArray[np.int64]) -> Array:
+    """The usual number of rows (n,) about each of n seconds; the two ends may be parts of a second and do not count."""
+    half = ABOUT // 2
+    inner = np.pad(count[1:-1], (half + 1, half + 1), mode="edge")
+    return np.asarray(np.median(np.lib.stride_tricks.sliding_window_view(inner, ABOUT), axis=1))
 
-    The first second may have begun before the first row: its rows lie at its end. None for any other clock:
-    with fractions of a second, running back, or with seconds of different numbers of rows.
+
+def within_seconds(time_s: Array) -> Array | None:
+    """Times (n,) spread evenly over each second, for a clock (n,) of whole seconds with about as many rows in each as
+    in those about it.
+
+    A second after a pause, as the first, may have begun before its first row: its rows lie at its end. None for any
+    other clock: with fractions of a second, running back, or with numbers of rows that jump from second to second.
     """
     has_time = np.isfinite(time_s)
     known = time_s[has_time]
@@ -90,14 +100,15 @@ def within_seconds(time_s: Array) -> Array | None:
     second, first, count = np.unique(known, return_index=True, return_counts=True)
     if len(second) < FEWEST_SECONDS:
         return None
-    usual = float(np.median(count[1:-1]))
-    alike = np.abs(count[1:-1] - usual) <= max(1.0, NEARLY * usual)
-    if usual < 2 or np.mean(alike) < MOST:
+    usual = _usual(count)
+    alike = np.abs(count - usual)[1:-1] <= np.maximum(1.0, NEARLY * usual[1:-1])
+    if np.median(usual) < 2 or np.mean(alike) < MOST:
         return None
+    pauses = np.diff(second) > 1
+    begins, ends = np.concatenate([[True], pauses]), np.concatenate([pauses, [True]])
+    rows = np.where(begins | ends, np.maximum(count, usual), count)
     place = np.arange(len(known)) - np.repeat(first, count)
-    rows = count.astype(np.float64)
-    rows[[0, -1]] = np.maximum(rows[[0, -1]], usual)
-    place[: count[0]] += int(rows[0]) - count[0]
+    place += np.repeat(np.where(begins, rows.astype(np.int64) - count, 0), count)
     spread_s = np.full(len(time_s), np.nan)
     spread_s[has_time] = known + place / np.repeat(rows, count)
     return spread_s
