@@ -30,6 +30,7 @@ from identify.ingest.files.parquet import read_parquet
 from identify.ingest.files.run_column import split_streams
 from identify.ingest.files.sentinels import without_sentinels
 from identify.ingest.files.streams import Streams, some_of
+from identify.ingest.files.tables_of_one_dive import read_tables, tables_of_one_dive
 from identify.ingest.files.text_table import TABLES, read_table
 from identify.ingest.files.ulog import read_ulog
 from identify.ingest.mapping.column_map import ColumnMap, RunColumn, column_map
@@ -117,7 +118,8 @@ def recording_files(path: Path) -> list[Path]:
     """The files of a recording.
 
     For a file, the file itself. For a dive folder, the completed recording if there is one, otherwise all parts in
-    the order in which the recorder began them; then the autopilot's logs in the folder.
+    the order in which the recorder began them; then the autopilot's logs in the folder. For a folder with a table a
+    topic, these.
 
     Raises LogError.
     """
@@ -133,7 +135,7 @@ def recording_files(path: Path) -> list[Path]:
         raise LogError(f"holds several recordings ({names}); name one of them", path)
     if ours:
         return [*chosen, *logs_beside(path)]
-    chosen = chosen or _imported(path)
+    chosen = chosen or _imported(path) or tables_of_one_dive(path)
     if not chosen:
         raise LogError(_of_several(path) or f"holds no recording; {FORMS}", path)
     return chosen
@@ -257,7 +259,10 @@ def _streams(files: Sequence[Path], used: Set[str] | None = None) -> Streams:
             "is empty, nothing was recorded in it; copy it again, or give another recording", files[0]
         )
     ending = _ending(held[0])
-    streams = read_bag(held) if ending in BAGS else FILES[ending](held[0])
+    if ending in BAGS:
+        streams = read_bag(held)
+    else:
+        streams = FILES[ending](held[0]) if len(held) == 1 else read_tables(held)
     notes = tuple(f"{file.name} is empty: nothing was recorded in it." for file in files if file not in held)
     return without_sentinels(replace(streams, notes=(*streams.notes, *notes)), used)
 

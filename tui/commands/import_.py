@@ -21,6 +21,7 @@ from identify.checks.mapping.first_mapping import mends
 from identify.dive import Dive, Signal
 from identify.gnss_fixes import check_fixes
 from identify.ingest.files.streams import some_of
+from identify.ingest.files.tables_of_one_dive import tables_of_one_dive
 from identify.ingest.mapping.column_map import ColumnMap, column_map
 from identify.ingest.mapping.names import is_position_z
 from identify.ingest.mapping.proposal_of_runs import MOST_ASKED
@@ -51,6 +52,11 @@ def run(arguments: argparse.Namespace) -> int:
         raise exit_codes.UsageError(
             f"--out: {path} holds {len(places)} recordings, and is a folder of runs as it is; leave it out, and give "
             "the folder and its column map to `identify --together` and `diagnose`"
+        )
+    if arguments.out and path.is_dir() and tables_of_one_dive(path):
+        raise exit_codes.UsageError(
+            f"--out: {path} holds a table a topic, known by their names, and is a dive folder as it is; leave it out, "
+            "and keep the column map there as columns.yaml"
         )
     runs, left_out = read_each([path], lambda place: read_dives(place, columns, file))
     dive = _whole(runs, places, left_out)

@@ -39,9 +39,9 @@ class Stream:
 class Streams:
     """The content of a foreign file, and notes on what was left out.
 
-    empty: of a single table, by column, (n,), the rows that have no cell there. Such a row has no sample, while one
-    with a NaN has a sample whose value is unknown. lines (n,): of a table of text, the number of each row's line in the
-    file, from 1.
+    empty: of tables, by a column's full name, (n,), the rows that have no cell there. Such a row has no sample, while
+    one with a NaN has a sample whose value is unknown. lines (n,): of a table of text, the number of each row's line in
+    the file, from 1.
     """
 
     streams: tuple[Stream, ...]

@@ -2,6 +2,7 @@
 
 import csv
 import re
+import zlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
@@ -12,7 +13,7 @@ import numpy as np
 
 from bridge.arrays import Array, Mask
 from bridge.errors import LogError
-from bridge.wire.tlog import load_bytes
+from bridge.wire.tlog import GZIP, load_bytes
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.mapping.names import with_unit
 from identify.words import listed
@@ -33,6 +34,8 @@ SPOKEN: Final = {
 }  # fmt: skip
 LONGEST_SHOWN: Final = 40
 HEAD_BYTES: Final = 4096
+NAMES_BYTES: Final = 1 << 16
+"""Of a table of which the names alone are asked."""
 MOST_ZEROS: Final = 0.01
 """A larger share of zero bytes in the first HEAD_BYTES says that a file is no text. Fewer are what a serial line
 garbles, and later ones what a loss of power leaves."""
@@ -85,7 +88,27 @@ def read_table(path: Path) -> Streams:
     column, as in `12.3 m`. A column in which more than one cell in a thousand is no number is a column of words. At
     most one row in a thousand may be bad, and is left out.
     """
-    text, complete = _text(path)
+    return _table(*_text(path), path)
+
+
+def column_names(path: Path) -> tuple[str, ...]:
+    """The names of a table's columns, by its first lines alone. Raises LogError if these are no table."""
+    try:
+        with path.open("rb") as file:
+            data = file.read(NAMES_BYTES)
+    except OSError as error:
+        raise LogError(f"can't be read ({error.strerror}); give a recording that can", path) from None
+    if data.startswith(GZIP):
+        try:
+            data = zlib.decompressobj(zlib.MAX_WBITS | 16).decompress(data)
+        except zlib.error:
+            raise LogError(f"{NO_TEXT}", path) from None
+    whole = len(data) < NAMES_BYTES
+    (stream,) = _table(_decoded(data if whole else data[: data.rfind(b"\n") + 1], path), whole, path).streams
+    return (*stream.columns, *stream.text)
+
+
+def _table(text: str, complete: bool, path: Path) -> Streams:
     lines = text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
     kept = [i for i, line in enumerate(lines) if line and not line.isspace() and not line.startswith(COMMENT)]
     if not kept:
@@ -135,6 +158,10 @@ def read_table(path: Path) -> Streams:
 
 def _text(path: Path) -> tuple[str, bool]:
     data, complete = load_bytes(path)
+    return _decoded(data, path), complete
+
+
+def _decoded(data: bytes, path: Path) -> str:
     wide = data.startswith((b"\xff\xfe", b"\xfe\xff"))
     head = data[:HEAD_BYTES]
     if not wide and head.count(b"\0") > MOST_ZEROS * len(head):
@@ -142,7 +169,7 @@ def _text(path: Path) -> tuple[str, bool]:
     # Spreadsheets write cp1252 where they were told nothing, and a degree sign in a name is no UTF-8 then.
     for encoding in ("utf-16",) if wide else ("utf-8-sig", "cp1252"):
         try:
-            return data.decode(encoding), complete
+            return data.decode(encoding)
         except UnicodeDecodeError:
             continue
     raise LogError(f"{NO_TEXT}", path)

@@ -286,9 +286,12 @@ def _empty_cells(recorded: Streams, stream: Stream, used: set[str]) -> Mapping[s
     sensors were joined by their times, a NaN is no reading that failed but none."""
     unknown = {name: np.isnan(stream.columns[name]) for name in used if name in stream.columns}
     shares = [float(np.mean(rows)) for rows in unknown.values() if not rows.all()]
+    blank = {
+        name: recorded.empty[full] for name in used if (full := stream.full_name(name)) in recorded.empty
+    }
     if len(recorded.streams) > 1 or not shares or np.mean(shares) < SPARSE:
-        return recorded.empty
-    return {**recorded.empty, **unknown}
+        return blank
+    return {**blank, **unknown}
 
 
 def _rows(

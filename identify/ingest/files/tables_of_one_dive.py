@@ -1,0 +1,86 @@
+"""One dive in several tables: programs that export a log, and loggers, write a table a topic or a sensor into a folder.
+
+The runs of a vehicle, each a table, have the same columns; the topics of a dive have none in common but the time and a
+counter. So a folder is one dive where no two of its tables have half of their columns in common.
+"""
+
+import re
+from collections.abc import Iterable, Sequence
+from itertools import combinations
+from pathlib import Path
+from typing import Final
+
+from bridge.arrays import Mask
+from bridge.errors import LogError
+from identify.ingest.files.streams import Stream, Streams, some_of
+from identify.ingest.files.text_table import TABLES, column_names, read_table
+from identify.ingest.mapping.names import ends_in_time_unit, time_unit
+
+MOST_SHARED: Final = 0.5
+"""Share of the columns of the smaller of two tables from which on they are of one kind."""
+NUMBERED: Final = re.compile(r"[-_. ]*\d[-_.\dTZ]*$")
+"""The number or the date of a recording, at the end of a table's name."""
+
+
+def tables_of_one_dive(folder: Path) -> list[Path]:
+    """The tables of a folder that are the topics of one dive, by name; none if they are runs, or a single table.
+
+    Tables without a column that is a time by its name are no topics.
+    """
+    held = {
+        file: names
+        for file in sorted(folder.iterdir())
+        if _is_table(file) and any(map(_is_time, names := _names(file)))
+    }
+    own = [{name for name in names if not _is_time(name)} for names in held.values()]
+    alike = any(len(a & b) >= MOST_SHARED * min(len(a), len(b)) for a, b in combinations(own, 2))
+    return [] if len(held) < 2 or alike else [*held]
+
+
+def read_tables(files: Sequence[Path]) -> Streams:
+    """The tables as the topics of one recording, each named as its file is, without the number of the recording at the
+    end of the names. Raises LogError.
+
+    A table of the same folder that is not among them is named in a note.
+    """
+    topics, notes, empty = list[Stream](), list[str](), dict[str, Mask]()
+    for file, name in zip(files, topic_names(files), strict=True):
+        table = read_table(file)
+        (rows,) = table.streams
+        topic = Stream(name, rows.columns, rows.text, rows.dates)
+        topics.append(topic)
+        notes += [f"{file.name}: {note}" for note in table.notes]
+        empty |= {topic.full_name(column): mask for column, mask in table.empty.items()}
+    others = [
+        file.name for file in sorted(files[0].parent.iterdir()) if _is_table(file) and file not in files
+    ]
+    if others:
+        notes.append(f"Left out, since no column is named a time: {some_of(others)}.")
+    return Streams(tuple(topics), tuple(notes), empty)
+
+
+def topic_names(files: Iterable[Path]) -> list[str]:
+    """Names of the topics in these tables, `dvl` of `dvl_20260110.csv`; the whole names where others would be alike."""
+    whole = [_stem(file) for file in files]
+    short = [NUMBERED.sub("", name) for name in whole]
+    return short if all(short) and len({*short}) == len(short) else whole
+
+
+def _is_table(file: Path) -> bool:
+    return file.is_file() and file.name.lower().endswith(TABLES) and not file.name.startswith(".")
+
+
+def _is_time(name: str) -> bool:
+    return time_unit(name)[0] or ends_in_time_unit(name) is not None
+
+
+def _names(file: Path) -> Sequence[str]:
+    try:
+        return column_names(file)
+    except LogError:
+        return ()
+
+
+def _stem(file: Path) -> str:
+    ending = next(ending for ending in TABLES if file.name.lower().endswith(ending))
+    return file.name[: -len(ending)]
