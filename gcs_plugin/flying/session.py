@@ -57,12 +57,10 @@ class FlightReport:
     east_m: float
 
 
-REFUSED: Final = "the vehicle refuses; its words say why"
-
-
 class FlightSession:
     """Sends a flight's orders to a vehicle, again until acknowledged, and follows its reports.
 
+    `refused`: the vehicle refused what was asked, and its words why may still be under way.
     `vehicle` system and component; `number` of the first order, any from 1 to 2^23 that no other ground used.
     """
 
@@ -77,6 +75,7 @@ class FlightSession:
         self.heard_s = -1e9
         self._begun = False
         self.failure = ""
+        self.refused = False
 
     @property
     def idle(self) -> bool:
@@ -105,11 +104,6 @@ class FlightSession:
         if self.failure:
             return self.failure
         return WORDS[End.NONE if self.heard is None else self.heard.end]
-
-    @property
-    def refused(self) -> bool:
-        """Whether the vehicle refused what was asked, and its words on that may still be under way."""
-        return self.failure == REFUSED
 
     def silent(self, now_s: float) -> bool:
         """Whether the vehicle has said nothing of its flight lately."""
@@ -216,7 +210,11 @@ class FlightSession:
             self._tries += 1
             self._queue.extendleft(reversed(self._rows))
             return
-        self.fail("this vehicle flies no manoeuvres by itself" if unsupported else REFUSED)
+        if unsupported:
+            self.fail("this vehicle flies no manoeuvres by itself")
+        else:
+            self.refused = not self.failure
+            self.fail("the vehicle refuses; its words say why")
 
     def _send(self, command: int, rows: Sequence[Seven]) -> None:
         self._rows = [_Command(command, row, place) for place, row in enumerate(rows)]
