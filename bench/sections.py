@@ -11,6 +11,7 @@ from bench.accuracy import section as accuracy
 from bench.ardusub import page as ardusub
 from bench.diagnosis import page as diagnosis
 from bench.diagnosis import power
+from bench.diagnosis import speed as diagnosis_time
 from bench.field import ground_station
 from bench.field import section as field
 from bench.mutants import section as mutants
@@ -100,6 +101,7 @@ SECTIONS = {
     "ground station": Measurement(ground_station, lambda run: ground_station.section(run.kept, run.short)),
     "unknown": Measurement(unknown, lambda run: unknown.section(run.kept, run.short)),
     "diagnosis": Measurement(diagnosis, lambda run: diagnosis.section(run.kept, run.short)),
+    "diagnosis time": Measurement(diagnosis_time, lambda run: diagnosis_time.section(run.kept, run.short)),
     "ardusub": Measurement(ardusub, lambda run: ardusub.page(run.cache, run.docs), asked=True),
     "power": Measurement(
         power, lambda run: power.section(run.kept, run.packed / "power.jsonl.gz", run.short), asked=True

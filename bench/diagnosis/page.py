@@ -4,28 +4,26 @@ import statistics
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench.diagnosis import goals, speed, tables
+from bench.diagnosis import goals, tables
 from bench.diagnosis.plan import BENCH, FULL, SHORT, planned
 from bench.diagnosis.trials import Trial, measured
 from bench.remembered import Remembered
-from bench.stamp import reached
+from bench.stamp import CURVES, reached
 from bench.words import blocks, paragraph
 from identify.challenge.score import score
 
-SOURCES = (*speed.SOURCES, reached("bench/diagnosis/page.py"))
+SOURCES = (reached("bench/diagnosis/page.py"), CURVES)
 POINTS = 8
 
 
 def section(cache: Path, short: bool) -> str:
     """The section, from the results in `cache`; runs the dives that are missing there."""
     plan = planned(SHORT if short else FULL)
-    trials = measured(plan, Remembered(cache / "diagnosis.jsonl"), "diagnosis")
-    timed = speed.measured(Remembered(cache / "diagnosis-speed.jsonl"), short)
-    return page(trials, speed.words(timed))
+    return page(measured(plan, Remembered(cache / "diagnosis.jsonl"), "diagnosis"))
 
 
-def page(trials: Sequence[Trial], fast: str) -> str:
-    """The section from its trials and the words on its speed."""
+def page(trials: Sequence[Trial]) -> str:
+    """The section from its trials."""
     groups = {
         group: [trial for trial in trials if trial.group == group] for group in ("one", "novel", "left out")
     }
@@ -53,7 +51,6 @@ def page(trials: Sequence[Trial], fast: str) -> str:
         tables.unknowns([*groups["novel"], *groups["left out"]]),
         "Stated probabilities:",
         tables.calibration(trials),
-        fast,
     )
 
 
