@@ -151,7 +151,8 @@ class Dive:
     """A recording, or several runs of a vehicle on a common clock. Body frame FRD, radians, boot time; None if
     missing.
 
-    velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity.
+    velocity: (n, 3) m/s at the DVL's transducer, body axes, at its time of validity. velocity_at_origin: whether it is
+    still that of the body's origin, as a companion tells it, for the DVL's place is in the vehicle file alone.
     velocity_is_filtered: whether velocity comes from an autopilot's own filter, turned from north-east-down into body
     axes. velocity_late_s: delay of its reports behind the times given here. velocity_smoothing_s: time constant of a
     first-order filter that smoothed it and so delayed it further.
@@ -205,6 +206,7 @@ class Dive:
     armed: Signal | None = None
     gnss: Signal | None = None
     velocity_is_filtered: bool = False
+    velocity_at_origin: bool = False
     velocity_late_s: float = 0.0
     velocity_smoothing_s: float = 0.0
     thrust_delay_s: float = 0.0

@@ -33,6 +33,7 @@ from identify.ingest.files.streams import Streams, some_of
 from identify.ingest.files.tables_of_one_dive import read_tables, tables_of_one_dive
 from identify.ingest.files.text_table import TABLES, read_table
 from identify.ingest.files.ulog import read_ulog
+from identify.ingest.lever_arm import at_transducer
 from identify.ingest.mapping.column_map import ColumnMap, RunColumn, column_map
 from identify.ingest.mapping.signals import dive_fields
 from identify.ingest.mavlink.autopilot_log import logs_beside, with_logs
@@ -103,7 +104,8 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     """A dive as recorded, without impossible or frozen readings, and with notes. Raises LogError."""
     refuse_years(recorded.span_s, recorded.source)
     once = without_copies(recorded)
-    piloted = once if vehicle is None else with_pulses(once, vehicle)
+    placed = once if vehicle is None else at_transducer(once, vehicle.vehicle.sensors)
+    piloted = placed if vehicle is None else with_pulses(placed, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
     possible = with_reckoned_pulses(possible, vehicle)
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us

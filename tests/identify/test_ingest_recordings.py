@@ -28,6 +28,7 @@ from fakes.shared import shared
 from pymavlink.DFReader import DFReader_binary
 from pymavlink.dialects.v20 import ardupilotmega as mav
 
+from bridge.vehicle.config import Device, Mounting, Sensors, load_vehicle
 from identify.dive import Dive, Kind, Signal
 from identify.ingest.commands import samples_of_a_loop
 from identify.ingest.open import read_dive
@@ -223,8 +224,9 @@ def test_the_stamps_of_an_ardupilot_are_trusted_less(tmp_path: Path) -> None:
     assert [dive.stamped_s for dive in dives] == [2.5e-3, 5e-4]
 
 
-@pytest.mark.parametrize(("has_arrays", "late_s"), [(True, 0.0), (False, 0.05)])
-def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp_path, has_arrays, late_s):
+def dive_with_deltas(*, has_arrays: bool) -> list[Stamped]:
+    """An ArduSub that hears VISION_POSITION_DELTA of component 191, our companion where it sends the contract's arrays
+    too."""
     stamped = ardusub_dive()
     for k in range(100):
         t = k / 10
@@ -233,10 +235,29 @@ def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp
         )
         stamped.append((t, 1, 191, delta))
         stamped += [(t, 1, 191, array(t, "TAU_CMD", (1.0,)))] * has_arrays
-    stamped.sort(key=lambda m: m[0])
+    return sorted(stamped, key=lambda m: m[0])
+
+
+@pytest.mark.parametrize(("has_arrays", "late_s"), [(True, 0.0), (False, 0.05)])
+def test_our_companions_deltas_are_of_their_end_and_anothers_of_their_middle(tmp_path, has_arrays, late_s):
+    stamped = dive_with_deltas(has_arrays=has_arrays)
     velocity = read_dive(write(tmp_path / "a.tlog", recording(stamped))).velocity
     assert velocity.time_s[10] == pytest.approx(1.0 - late_s, abs=1e-3)
     assert bool(velocity.value[10, 1] == 0.0) is has_arrays, "turned back to the axes of the middle"
+
+
+@pytest.mark.parametrize("has_arrays", [True, False])
+def test_our_companions_deltas_are_of_the_bodys_origin_and_anothers_of_the_dvl(tmp_path, has_arrays):
+    rov, place = load_vehicle("bluerov2"), (0.1, 0.05, 0.12)
+    sensors = Sensors(dvl=Device("a50", mounting=Mounting(position_m=place)))
+    file = replace(rov, vehicle=replace(rov.vehicle, sensors=sensors))
+    path = write(tmp_path / "a.tlog", recording(dive_with_deltas(has_arrays=has_arrays)))
+    told, dive = read_dive(path), read_dive(path, vehicle=file)
+    by_turning = np.cross(dive.gyro.at(dive.velocity.time_s), place)
+    assert np.abs(by_turning).max() > 0.01
+    expected = told.velocity.value + by_turning * has_arrays
+    assert dive.velocity.value == pytest.approx(expected, abs=1e-9)
+    assert (told.velocity_at_origin, dive.velocity_at_origin) == (has_arrays, False)
 
 
 @pytest.mark.parametrize(("component", "late_s"), [(1, 0.085), (191, 0.0)])

@@ -52,10 +52,12 @@ AS_OFTEN = 0.9
 
 @dataclass(frozen=True)
 class Velocity:
-    """A velocity in body axes, and whether it comes from a filter that fuses it with accelerations."""
+    """A velocity in body axes; whether it comes from a filter that fuses it with accelerations, and whether it is the
+    body's origin's."""
 
     signal: Signal
     filtered: bool
+    at_origin: bool = False
 
 
 def velocity_of(messages: Messages, attitude: Signal | None) -> Velocity | None:
@@ -63,9 +65,11 @@ def velocity_of(messages: Messages, attitude: Signal | None) -> Velocity | None:
     odometry = messages.get("ODOMETRY")
     if signal := _odometry(odometry, attitude):
         return Velocity(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
-    signal = _deltas(
-        messages.get_from_anyone("VISION_POSITION_DELTA"), messages.components("DEBUG_FLOAT_ARRAY")
-    ) or _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
+    deltas = messages.get_from_anyone("VISION_POSITION_DELTA")
+    ours = _are_of(deltas, messages.components("DEBUG_FLOAT_ARRAY"))
+    if signal := _deltas(deltas, ours=ours):
+        return Velocity(signal, False, at_origin=ours)
+    signal = _of_earth(messages.get_from_anyone("VISION_SPEED_ESTIMATE"), ("x", "y", "z"), attitude)
     if signal:
         return Velocity(signal, False)
     signal = _of_earth(messages.get("LOCAL_POSITION_NED"), ("vx", "vy", "vz"), attitude)
@@ -92,17 +96,22 @@ def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
     return None
 
 
-def _deltas(batch: Batch, companions: Collection[int]) -> Signal:
+def _are_of(batch: Batch, companions: Collection[int]) -> bool:
+    """Whether all come from our companion: one of the components that send the contract's arrays."""
+    return bool(np.isin(batch.components, list(companions)).all())
+
+
+def _deltas(batch: Batch, *, ours: bool) -> Signal:
     """Mean velocity over each VISION_POSITION_DELTA, dated at its middle and in the body axes of that instant.
 
     Drivers that state no time (time_usec 0, such as BlueOS's for Water Linked) send the DVL's own velocity times the
-    interval, which was never turned. So does our companion, one of the components `companions` (it sends the contract's
-    arrays): its velocity is that of the end.
+    interval, which was never turned. So does our companion (`ours`): its velocity is that of the end, and of the
+    body's origin, for which ArduSub takes it.
     """
     step_s = batch.fields["time_delta_usec"].astype(np.float64) * 1e-6
     with np.errstate(divide="ignore", invalid="ignore"):
         velocity = batch.fields["position_delta"].astype(np.float64) / step_s[:, None]
-    if np.isin(batch.components, list(companions)).all():
+    if ours:
         return _where(batch.time_s, velocity, step_s > 0)
     half = 0.5 * batch.fields["angle_delta"].astype(np.float64)
     stated = (batch.fields["time_usec"] > 0) & np.isfinite(half).all(axis=1)
@@ -151,6 +160,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     return {
         **{field: signal for field, signal in signals.items() if signal},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
+        "velocity_at_origin": velocity is not None and velocity.at_origin,
         "stamped_s": STAMPED_S if firmware is None else firmware.stamped_s,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "recorded_at_boot_s": messages.arrived_at_boot_s,
