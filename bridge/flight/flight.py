@@ -103,6 +103,8 @@ LACKING: Final = {
     End.NO_DEPTH: "no depth: see why the depth sensor, or the autopilot in its place, is silent",
 }
 """Why no flight can begin without it, and the remedy."""
+HIGHEST_M: Final = -0.5
+"""No hull in water is higher, in the deepest low: of one that seems to be, depth is off by as much, and its limits."""
 BLIND: Final = tuple(LACKING)
 """Without one of these the way back can't be steered, so the vehicle holds where it is."""
 
@@ -161,6 +163,11 @@ class Flight:
         navigation = known_at(inputs.navigation, inputs.time_s)
         if blind := _blind(navigation):
             return LACKING[blind]
+        if navigation.depth_m < HIGHEST_M:
+            return (
+                f"depth is {navigation.depth_m:.1f} m, above the surface: set surface_pressure_hpa in the vehicle "
+                "file, or mend the depth sensor"
+            )
         altitude, battery = navigation.altitude_m, navigation.voltage_v
         if low := _low("altitude", altitude, "m", limits.altitude_m, "altitude_m"):
             return low

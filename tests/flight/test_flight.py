@@ -234,6 +234,9 @@ REFUSED = {
     "battery is 12.00 V, below battery_v 13 of the limits": fault("voltage_v", 12.0),
     "no altitude measured: mend its sensor, or set altitude_m 0 in the limits": fault("altitude_m", math.nan),
     "altitude is 0.50 m, below altitude_m 1 of the limits": fault("altitude_m", 0.5),
+    "depth is -2.2 m, above the surface: set surface_pressure_hpa in the vehicle file, or mend the depth sensor": fault(
+        "depth_m", -2.2
+    ),
 }
 
 
