@@ -116,7 +116,7 @@ def answer_of(
     }
     others = lacks_of(joint, theta, built, dive, spoilt, tests)
     let_in = widened(admitted(joint, theta, lacking, late, _timing(fitted, tests)), joint, theta, others)
-    missing = missing_forces_words(tuple(lacking), tuple(late), configuration.damping)
+    missing = missing_forces_words(tuple(lacking), tuple(late), others, configuration.damping)
     hull = OF_HULL.values() if configuration.damping != "linear" else (*MASSES, *DAMPINGS)
     reasons = spoilt if weighs_others else {}
     estimates = [

@@ -142,6 +142,19 @@ def test_the_end_of_a_loosely_known_one_is_found_between_two_points_of_the_likel
     assert above == pytest.approx(far / np.expm1(far), rel=1e-4)
 
 
+class Walled(Sample):
+    """Away from the maximum its equations have no solution."""
+
+    def score(self, theta):
+        if theta.any():
+            raise np.linalg.LinAlgError
+        return super().score(theta)
+
+
+def test_where_the_end_has_no_solution_the_interval_is_as_wide_as_one_may_be_and_the_rest_is_answered():
+    assert stretches(Walled(0.5), np.zeros(2), 0) == (2.0, 2.0)
+
+
 class TwoSummits(Sample):
     """Beside the summit at 0 another, as high, at -0.8."""
 

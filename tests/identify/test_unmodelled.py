@@ -10,7 +10,7 @@ from scipy.stats import chi2
 from soak import rest_in_soak, rows_rest_in_soak
 
 from identify.challenge.case import dive_of, draw_case
-from identify.checks.fit.missing_forces import lacking_doubts
+from identify.checks.fit.missing_forces import lacking_doubts, missing_forces_words
 from identify.dive import Signal
 from identify.doubt import Culprit, Outcome
 from identify.estimators.axes.build import build_axes
@@ -283,3 +283,11 @@ def test_axes_of_a_kind_share_a_doubt_and_quadratic_damping_is_doubted_where_it_
     assert lacking_doubts(lacking[1:2], "linear")[0].about == ("M_u", "D_u")
     assert lacking_doubts(lacking[1:2], "quadratic")[0].about == ("M_u", "X_uu")
     assert lacking_doubts((), "both") == ()
+
+
+def test_a_force_that_is_known_by_its_kind_alone_is_named_where_it_moves_a_coefficient():
+    others = [Lack(2, Kind.THRUST, 8.0, np.zeros(0)), Lack(0, Kind.THRUST, 7.0, np.zeros(0))]
+    assert missing_forces_words((), (), others) == "a force in surge and heave which goes with the thrust"
+    assert missing_forces_words((), (YAW,), others[:1]).startswith(
+        "thrust at another time in yaw and a force in heave"
+    )

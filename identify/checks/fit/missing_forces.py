@@ -43,15 +43,20 @@ def _linear_doubt(dof: int, test: Multiplier) -> Doubt:
     )
 
 
-def missing_forces_words(lacking: Sequence[int], late: Sequence[int], damping: Damping = "linear") -> str:
+def missing_forces_words(
+    lacking: Sequence[int], late: Sequence[int], others: Sequence[Lack] = (), damping: Damping = "linear"
+) -> str:
     """The forces that the model of a hull with this damping lacks in these axes, as part of a sentence; empty if
-    none."""
+    none. others: those known by their kind alone."""
     parts = []
     if lacking:
         power = "itself" if damping == "quadratic" else "squared"
         parts.append(f"a drag that grows as the speed {power} in {axes_named(lacking)}")
     if late:
         parts.append(f"thrust at another time in {axes_named(late)}")
+    for kind in dict.fromkeys(other.kind for other in others):
+        dofs = sorted(other.dof for other in others if other.kind is kind)
+        parts.append(f"a force in {axes_named(dofs)} {KIND_WORDS[kind].partition(',')[0]}")
     return " and ".join(parts)
 
 

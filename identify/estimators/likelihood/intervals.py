@@ -152,7 +152,11 @@ def stretches(problem: Problem, maximum: Array, index: int) -> tuple[float, floa
 
 def _stretch(problem: Problem, maximum: Array, step: Array, index: int, top: float) -> float:
     end = maximum + step
-    gradient, information = problem.score(end)
+    try:
+        gradient, information = problem.score(end)
+    except np.linalg.LinAlgError:
+        # The parabola of a hopeless parameter may end where the equations have no solution.
+        return FURTHEST
     others = np.arange(len(end)) != index
     slope = (gradient - problem.prior_precision * (end - problem.prior_mean))[others]
     precision = (information + np.diag(problem.prior_precision))[np.ix_(others, others)]
