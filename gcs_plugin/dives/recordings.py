@@ -27,8 +27,8 @@ MINUTE_S: Final = 60.0
 GLANCE: Final = ".glance.json"
 """File in which `seatrial dives` caches its reading of a recording, including the start time of the dive."""
 MADE_ELSEWHERE: Final = (
-    ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".bag", ".bag.active", ".mcap",
-    ".db3", ".mcap.zstd", ".db3.zstd",
+    ".bin", ".csv", ".csv.gz", ".txt", ".tsv", ".parquet", ".mat", ".npz", ".ulg", ".jsonl", ".ndjson", ".bag",
+    ".bag.active", ".mcap", ".db3", ".mcap.zstd", ".db3.zstd",
 )  # fmt: skip
 """Endings of other programs' recordings, as `identify.ingest.open` reads them."""
 _KEPT: Final = 4096

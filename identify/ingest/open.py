@@ -1,5 +1,5 @@
 """Reads any recording as a Dive: a dive folder, `.tlog`, `.tlog.gz`, DataFlash `.BIN`, or with a column map a table, a
-bag of ROS, a `.ulg`, `.mat` or `.npz`.
+bag of ROS, a `.ulg`, `.mat`, `.npz` or JSON lines.
 """
 
 import re
@@ -25,6 +25,7 @@ from identify.checks.readings.still_gyro import without_still_gyro
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.commands import with_known_commands, with_pulses, with_spread_commands
 from identify.ingest.files.arrays import read_npz
+from identify.ingest.files.json_lines import read_json_lines
 from identify.ingest.files.matlab import read_matlab
 from identify.ingest.files.parquet import read_parquet
 from identify.ingest.files.run_column import split_streams
@@ -53,6 +54,8 @@ FILES: dict[str, Callable[[Path], Streams]] = {
     ".mat": read_matlab,
     ".npz": read_npz,
     ".ulg": read_ulog,
+    ".jsonl": read_json_lines,
+    ".ndjson": read_json_lines,
 }
 """Readers of the files that need a column map, by ending."""
 MAPPED = (*FILES, *BAGS)
@@ -62,7 +65,7 @@ _PART = re.compile(r"_\d+$")
 """Ends the names of the parts of a ROS 2 bag, whose metadata.yaml is missing where its recorder was killed."""
 FORMS = (
     "give a dive folder, a .tlog, a .tlog.gz, a .BIN, or with --columns a .csv, .csv.gz, .txt, .tsv, .parquet, .mat, "
-    ".npz, .ulg, .bag, .bag.active, .mcap, .db3, .mcap.zstd, .db3.zstd or the folder of a ROS 2 bag"
+    ".npz, .ulg, .jsonl, .ndjson, .bag, .bag.active, .mcap, .db3, .mcap.zstd, .db3.zstd or the folder of a ROS 2 bag"
 )
 
 
