@@ -6,7 +6,6 @@ counter. So a folder is one dive where no two of its tables have half of their c
 
 import re
 from collections.abc import Iterable, Sequence
-from itertools import combinations
 from pathlib import Path
 from typing import Final
 
@@ -27,14 +26,16 @@ def tables_of_one_dive(folder: Path) -> list[Path]:
 
     Tables without a column that is a time by its name are no topics.
     """
-    held = {
-        file: names
-        for file in sorted(folder.iterdir())
-        if _is_table(file) and any(map(_is_time, names := _names(file)))
-    }
-    own = [{name for name in names if not _is_time(name)} for names in held.values()]
-    alike = any(len(a & b) >= MOST_SHARED * min(len(a), len(b)) for a, b in combinations(own, 2))
-    return [] if len(held) < 2 or alike else [*held]
+    own: dict[Path, set[str]] = {}
+    for file in sorted(filter(_is_table, folder.iterdir())):
+        names = _names(file)
+        if not any(map(_is_time, names)):
+            continue
+        own[file] = {name for name in names if not _is_time(name)}
+        others = [each for other, each in own.items() if other != file]
+        if any(len(own[file] & each) >= MOST_SHARED * min(len(own[file]), len(each)) for each in others):
+            return []
+    return [*own] if len(own) > 1 else []
 
 
 def read_tables(files: Sequence[Path]) -> Streams:
