@@ -30,7 +30,8 @@ def dive_in(folder):
     """A dive in two tables of other rates, with an empty cell where one has no sample."""
     sway = READ["velocity"][::2, 1].copy()
     sway[5] = np.nan
-    dvl = {"t": READ["t"][::2], "u": READ["velocity"][::2, 0], "v": sway, "w": READ["velocity"][::2, 2]}
+    surge, heave = READ["velocity"][::2, 0], READ["velocity"][::2, 2]
+    dvl = {"t": READ["t"][::2], "u_m_s": surge, "v_m_s": sway, "w_m_s": heave}
     pwm = {"t": READ["t"], **{f"thruster_{k + 1}": READ["pulses"][:, k] for k in range(2)}}
     written(folder / "dvl_20260110_192211.csv", dvl)
     written(folder / "thrusters_20260110_192215.csv.gz", pwm)
@@ -41,7 +42,7 @@ def test_tables_with_other_columns_are_one_dive_with_a_topic_each(tmp_path):
     folder = dive_in(tmp_path)
     assert runs_in(folder) == [folder]
     proposal = propose(read_streams(folder).streams, folder)
-    assert proposal.columns.velocity.columns == ("dvl.u", "dvl.v", "dvl.w")
+    assert proposal.columns.velocity.columns == ("dvl.u_m_s", "dvl.v_m_s", "dvl.w_m_s")
     assert proposal.columns.pwm.columns == ("thrusters.thruster_1", "thrusters.thruster_2")
     assert main(["import", str(folder), "--map", str(folder / "columns.yaml")]) == 0
     dive = read_dive(folder)
@@ -59,7 +60,7 @@ def test_tables_of_the_same_columns_are_runs_and_what_has_no_time_is_no_topic(tm
         "thrusters_20260110_192215.csv.gz",
     ]
     assert "Left out, since no column is named a time: gains.csv, notes.txt." in read_streams(tmp_path).notes
-    written(tmp_path / "dvl_20260110_200000.csv", {"t": READ["t"], "u": READ["t"], "v": READ["t"]})
+    written(tmp_path / "dvl_20260110_200000.csv", {"t": READ["t"], "u_m_s": READ["t"], "v_m_s": READ["t"]})
     assert tables_of_one_dive(tmp_path) == []
     with pytest.raises(LogError, match="is no dive folder, but holds"):
         read_streams(tmp_path)

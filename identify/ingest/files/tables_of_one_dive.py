@@ -13,7 +13,7 @@ from bridge.arrays import Mask
 from bridge.errors import LogError
 from identify.ingest.files.streams import Stream, Streams, some_of
 from identify.ingest.files.text_table import TABLES, column_names, read_table
-from identify.ingest.mapping.names import ends_in_time_unit, time_unit
+from identify.ingest.mapping.names import time_unit
 
 MOST_SHARED: Final = 0.5
 """Share of the columns of the smaller of two tables from which on they are of one kind."""
@@ -24,14 +24,15 @@ NUMBERED: Final = re.compile(r"[-_. ]*\d[-_.\dTZ]*$")
 def tables_of_one_dive(folder: Path) -> list[Path]:
     """The tables of a folder that are the topics of one dive, by name; none if they are runs, or a single table.
 
-    Tables without a column that is a time by its name are no topics.
+    Tables without a column that is a time by its name, or without any other, are no topics.
     """
     own: dict[Path, set[str]] = {}
     for file in sorted(filter(_is_table, folder.iterdir())):
         names = _names(file)
-        if not any(map(_is_time, names)):
+        signals = {name for name in names if not _is_time(name)}
+        if not signals or len(signals) == len(names):
             continue
-        own[file] = {name for name in names if not _is_time(name)}
+        own[file] = signals
         others = [each for other, each in own.items() if other != file]
         if any(len(own[file] & each) >= MOST_SHARED * min(len(own[file]), len(each)) for each in others):
             return []
@@ -72,7 +73,7 @@ def _is_table(file: Path) -> bool:
 
 
 def _is_time(name: str) -> bool:
-    return time_unit(name)[0] or ends_in_time_unit(name) is not None
+    return time_unit(name)[0]
 
 
 def _names(file: Path) -> Sequence[str]:
