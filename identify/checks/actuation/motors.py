@@ -79,7 +79,7 @@ class Miswired:
         if self.swapped:
             wrong = f"Thrusters {numbers} push in each other's place"
             if self.reversed:
-                wrong += f", {self._of_both} the other way round"
+                wrong += f", and {'both' if len(self.reversed) > 1 else 'one of them'} the other way round"
         elif len(self.reversed) == 1:
             wrong = f"Thruster {numbers} pushes the other way than the vehicle file says"
         else:
@@ -92,15 +92,12 @@ class Miswired:
             return "turn their directions round in the vehicle file"
         if not self.reversed:
             return "exchange the two in the vehicle file, or their plugs on the vehicle"
-        mend = f"exchange the two in the vehicle file, and turn round the direction of {self._of_both}"
+        turned = "both" if len(self.reversed) > 1 else f"what is then number {self.reversed[0]}"
+        mend = f"exchange the two in the vehicle file, and turn round the direction of {turned}"
         if self.mirrors is None:
             return mend
         sensor = "velocity" if self.mirrors < 3 else "rate of turn"
         return f"{mend}; or it is the sign of the recorded {sensor} in {DOFS[self.mirrors]} that is wrong"
-
-    @property
-    def _of_both(self) -> str:
-        return "both" if len(self.reversed) > 1 else f"the one that then is number {self.reversed[0]}"
 
 
 @dataclass(frozen=True)
