@@ -9,7 +9,7 @@ from identify.doubt import Culprit, Doubt, Outcome
 from identify.estimators.missing_forces.drag_and_timing import Multiplier
 from identify.estimators.missing_forces.forms import Kind
 from identify.estimators.missing_forces.screening import Lack
-from identify.words import axes_named
+from identify.words import axes_named, listed
 
 
 def drag_doubts(lacking: Mapping[int, Multiplier], damping: Damping = "linear") -> tuple[Doubt, ...]:
@@ -57,7 +57,7 @@ def missing_forces_words(
     for kind in dict.fromkeys(other.kind for other in others):
         dofs = sorted(other.dof for other in others if other.kind is kind)
         parts.append(f"a force in {axes_named(dofs)} {KIND_WORDS[kind].partition(',')[0]}")
-    return " and ".join(parts)
+    return listed(parts)
 
 
 def why_not_identifiable(name: str, axis: str, std: float, shift: float, value: float, missing: str) -> str:
