@@ -133,7 +133,7 @@ def test_the_columns_of_one_set_share_a_family_whatever_their_axes_are_called():
     ("field", "unit"),
     [
         ("t", None), ("Time [ms]", "ms"), ("timestamp_us", "us"), ("TimeUS", "us"), ("time_boot_ms", "ms"),
-        ("stamp", None), ("t_ns", "ns"),
+        ("stamp", None), ("t_ns", "ns"), ("ts", None), ("time_of_validity", None),
     ],
 )  # fmt: skip
 def test_a_time_is_known_by_its_name_and_its_unit(field, unit):
