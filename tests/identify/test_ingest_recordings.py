@@ -260,6 +260,23 @@ def test_our_companions_deltas_are_of_the_bodys_origin_and_anothers_of_the_dvl(t
     assert (told.velocity_at_origin, dive.velocity_at_origin) == (has_arrays, False)
 
 
+@pytest.mark.parametrize(("component", "at_origin"), [(191, True), (240, False)])
+def test_the_steps_in_the_log_of_an_autopilot_that_our_companion_asks_are_of_the_bodys_origin(
+    tmp_path, component, at_origin
+):
+    steps = {"VISO": ("Qffff", "TimeUS,dt,PosDX,PosDY,PosDZ"), "MAVC": ("QBHf", "TimeUS,SC,Cmd,P1")}
+    records = [("MAVC", 0, component, 512, 148.0)]
+    for k in range(1, 200):
+        records.append(("ATT", 50_000 * k, 0, 0, 0))
+        records.append(("IMU", 50_000 * k, 0, 0.0, 0.0, 0.1, 0.0, 0.0, -9.81))
+        records.append(("VISO", 50_000 * k + 1, 0.05, 0.01, 0.0, 0.0))
+    path = tmp_path / "a.bin"
+    path.write_bytes(dataflash(FORMATS | steps, records))
+    dive = read_dive(path)
+    assert dive.velocity.value[5] == pytest.approx([0.2, 0.0, 0.0], abs=1e-3)
+    assert (dive.velocity_is_filtered, dive.velocity_at_origin) == (False, at_origin)
+
+
 @pytest.mark.parametrize(("component", "late_s"), [(1, 0.085), (191, 0.0)])
 def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of_a_bridge(
     tmp_path, component, late_s

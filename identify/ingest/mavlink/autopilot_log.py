@@ -125,7 +125,7 @@ def _filled(
             out[name] = logged
             brings.append(words)
             if name == "velocity":
-                out["velocity_is_filtered"] = theirs["velocity_is_filtered"]
+                out |= {kind: theirs[kind] for kind in ("velocity_is_filtered", "velocity_at_origin")}
             continue
         other_kind = name == "velocity" and fields["velocity_is_filtered"] != theirs["velocity_is_filtered"]
         if name in WHOLE_ONLY or other_kind:

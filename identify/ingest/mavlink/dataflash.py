@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.arrays import Array
 from bridge.errors import LogError
@@ -80,9 +81,15 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
         raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
     counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}
     notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
-    filtered = "velocity" in signals and _steps(log) is None
-    motors = ARDUSUB.motors_of(parameters.get(ARDUSUB.frame, math.nan))
-    fields = {**signals, "velocity_is_filtered": filtered, "motors": motors, "counts": counts, "notes": notes}
+    stepped = _steps(log) is not None
+    fields = {
+        **signals,
+        "velocity_is_filtered": "velocity" in signals and not stepped,
+        "velocity_at_origin": stepped and _hears_our_companion(log),
+        "motors": ARDUSUB.motors_of(parameters.get(ARDUSUB.frame, math.nan)),
+        "counts": counts,
+        "notes": notes,
+    }
     return fields, parameters
 
 
@@ -254,6 +261,19 @@ def _steps(log: _Log) -> Signal | None:
     """Duration and way (n, 4) of each step that a DVL's driver sent; None where none of them lasts."""
     steps = log.signal("VISO", ("dt", "PosDX", "PosDY", "PosDZ"))
     return steps if steps is not None and (steps.value[:, 0] > 0).any() else None
+
+
+def _hears_our_companion(log: _Log) -> bool:
+    """Whether our companion speaks to the autopilot, so that the steps are its own: twice a minute it asks for the
+    version (MAVC)."""
+    bodies = log.bodies("MAVC")
+    if bodies is None or not {"SC", "Cmd", "P1"} <= bodies[1].keys():
+        return False
+    body = bodies[0]
+    asks = (body["Cmd"] == dialect.MAV_CMD_REQUEST_MESSAGE) & (
+        body["P1"] == dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
+    )
+    return bool((asks & (body["SC"] == dialect.MAV_COMP_ID_ONBOARD_COMPUTER)).any())
 
 
 def _pressure(log: _Log, depth: Signal | None) -> Signal | None:
