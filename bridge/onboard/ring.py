@@ -140,7 +140,7 @@ class RingKeeper:
 
     @property
     def fault(self) -> str:
-        """Why nothing is written now, a sentence; "" while the disk takes what there is."""
+        """Why nothing is written now, a sentence; "" while the disk takes all."""
         return self._fault
 
     def start(self) -> None:

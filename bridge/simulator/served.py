@@ -45,7 +45,7 @@ class ServedDevices:
         ]
 
     def __call__(self, stretch: Stretch) -> None:
-        """Write what the devices tell of a stretch of the body's motion."""
+        """Write the devices' readings of a stretch of the body's motion."""
         for arrival in self._instruments.arrivals(stretch):
             self._servers[arrival.slot].write(arrival.data)
 

@@ -60,7 +60,7 @@ class FlightReport:
 class FlightSession:
     """Sends a flight's orders to a vehicle, again until acknowledged, and follows its reports.
 
-    `refused`: the vehicle refused what was asked, and its words why may still be under way.
+    `refused`: the vehicle refused an order, and its words why may still be under way.
     `vehicle` system and component; `number` of the first order, any from 1 to 2^23 that no other ground used.
     """
 
