@@ -164,7 +164,7 @@ class PlanFlight:
             )
             self._end(now_s)
         elif now_s - max(session.heard_s, self._begun_s) > UNHEARD_S + self._limits.link_s:
-            session.fail("the vehicle is not heard any more; by its limits it goes back by itself")
+            session.fail("the vehicle is not heard any more; if it still runs, it goes back by itself")
             self._end(now_s)
         elif session.ready and not self._keyed and not self._finishing:
             self._next()

@@ -86,13 +86,17 @@ def _sys_status(wire: Wire) -> tuple[Heard, ...]:
     return (Heard("battery", 1, (volts, NAN if centiamperes < 0 else centiamperes * 1e-2)),)
 
 
+OF_A_DELTA: Final = 1
+"""Rank of a velocity by VISION_POSITION_DELTA."""
+
+
 def _position_delta(wire: Wire) -> tuple[Heard, ...]:
     """Mean velocity over the step, as DVL drivers for ArduSub send it."""
     step_us, delta_m = wire[1], wire[5:8]
     if step_us <= 0:
         return ()
     velocity = tuple(metres * 1e6 / step_us for metres in delta_m)
-    return Heard("dvl", 1, (*velocity, NAN)), Heard("velocity", 1, velocity)
+    return Heard("dvl", OF_A_DELTA, (*velocity, NAN)), Heard("velocity", OF_A_DELTA, velocity)
 
 
 _FROM_AUTOPILOT: Final[dict[int, tuple[Any, Callable[[Wire], tuple[Heard, ...]]]]] = {

@@ -13,7 +13,7 @@ from bridge.attitude import body_to_earth, heading_of
 from bridge.vehicle.config import Vehicle, Water
 from bridge.vehicle.navigation import velocity_at_origin
 from bridge.wire.readings import Values
-from gcs_plugin.watch.channels import Channel
+from gcs_plugin.watch.channels import OF_A_DELTA, Channel
 from gcs_plugin.watch.picture import Trace, freshness
 from gcs_plugin.watch.sensors import is_pressure
 from gcs_plugin.watch.trace_ring import KEPT_S, TraceRing
@@ -38,6 +38,10 @@ TRACES: Final = {
     "voltage": ("voltage", "V", "battery"),
     "current": ("current", "A", "battery"),
 }
+
+
+ARRAYS: Final = ("tau_pid", "tau_ff", "tau_cmd", "nu_fb", "nu_ref", "flight")
+"""Signals of the contract that no stranger sends."""
 
 
 class Traces:
@@ -104,10 +108,17 @@ class Traces:
     def _velocity(self, values: Values, time_s: float) -> None:
         """Velocity at the body's origin: subtract the velocity at the DVL's position due to rotation."""
         rates = self._channels["rates"].values
-        if self._has_lever and rates:
+        if self._has_lever and rates and not self._is_at_origin():
             (p, q, r), (u, v, w) = rates, values
             values = velocity_at_origin((u, v, w), (p, q, r), self._lever)
         self._put(("u", "v", "w"), values, 0, time_s)
+
+    def _is_at_origin(self) -> bool:
+        """Whether our companion tells the velocity to an autopilot, for the body's origin; the contract's arrays of the
+        same component tell that it is ours."""
+        rank, component = self._channels["velocity"].teller
+        tellers = [self._channels[signal].teller[1] for signal in ARRAYS if self._channels[signal].values]
+        return rank == OF_A_DELTA and component in tellers
 
     def _velocity_ned(self, values: Values, time_s: float) -> None:
         """Velocity of an autopilot's filter, turned into body axes; used if no DVL is heard."""

@@ -233,7 +233,7 @@ def test_a_ground_that_hears_nothing_any_more_gives_up_and_says_where_the_vehicl
     water.fly()
     assert (
         water.flight.outcome.words
-        == "the vehicle is not heard any more; by its limits it goes back by itself"
+        == "the vehicle is not heard any more; if it still runs, it goes back by itself"
     )
 
 

@@ -200,19 +200,39 @@ def test_yaw_rate_is_the_fibre_optic_gyros_while_it_speaks(watcher, vehicle):
     assert last(watcher, "r", 3.1) == pytest.approx(0.4)
 
 
-def test_velocity_is_that_of_the_bodys_origin(tmp_path):
+@pytest.fixture
+def off_the_centre(tmp_path):
+    """A watch of a vehicle whose DVL is off its origin."""
     text = RUVIFIST.path.read_text(encoding="utf-8")
     path = tmp_path / "off.yaml"
     path.write_text(
         text.replace("rotation_deg: [180.0, 0.0, 135.0]", "position_m: [0.5, 0.2, -0.4]"), encoding="utf-8"
     )
-    watcher = Watcher(load_vehicle(str(path)))
+    return Watcher(load_vehicle(str(path)))
+
+
+def test_velocity_is_that_of_the_bodys_origin(off_the_centre):
+    watcher = off_the_centre
     vehicle = OnAir(watcher)
     vehicle.beats(0.0)
     rates = (0.3, -0.1, 0.2)
     vehicle.tells("imu", imu(*rates), 1.0)
     vehicle.tells("dvl", dvl(*np.cross(rates, (0.5, 0.2, -0.4))), 1.1)
     assert [last(watcher, key, 1.2) for key in "uvw"] == pytest.approx([0.0] * 3, abs=1e-6)
+
+
+@pytest.mark.parametrize("is_ours", [True, False])
+def test_the_velocity_that_our_companion_tells_an_autopilot_is_the_origins_already(off_the_centre, is_ours):
+    rates, at = (0.3, -0.1, 0.2), (0.5, 0.2, -0.4)
+    OnAir(off_the_centre).beats(0.0)
+    companion = OnAir(off_the_centre, component=191)
+    if is_ours:
+        companion.tells("tau_cmd", (0.0,) * 6, 0.5)
+    companion.tells("imu", imu(*rates), 1.0)
+    step_m = [0.1 * v for v in (0.4, 0.0, 0.0)]
+    companion.says(mav.MAVLink_vision_position_delta_message(0, 100_000, (0, 0, 0), step_m, 100), 1.1)
+    origin = (0.4, 0.0, 0.0) if is_ours else np.array((0.4, 0.0, 0.0)) - np.cross(rates, at)
+    assert [last(off_the_centre, key, 1.2) for key in "uvw"] == pytest.approx([*origin], abs=1e-6)
 
 
 def test_ardusub_tells_attitude_rates_depth_thrusters_and_battery_in_its_own_messages():
