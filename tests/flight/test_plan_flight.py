@@ -4,6 +4,7 @@ import json
 import math
 import os
 import pty
+import re
 import signal
 import threading
 import time
@@ -490,6 +491,15 @@ def test_a_plan_outside_of_the_limits_depth_is_not_flown(files, capsys):
     (files / "limits.yaml").write_text(LIMIT_FILE.replace("shallowest_m: 0.1", "shallowest_m: 2"))
     assert cli.main(command("--armed")) == 2
     assert "the plan begins at 1.5 m of depth, and the limits are 2 to 4 m" in capsys.readouterr().err
+
+
+def test_limits_whose_time_is_over_within_the_first_manoeuvre_are_refused_before_anything_is_sent(
+    files, capsys
+):
+    (files / "limits.yaml").write_text(LIMIT_FILE.replace("time_s: 900", "time_s: 1"))
+    assert cli.main(command("--armed")) == 2
+    said = capsys.readouterr().err
+    assert re.search(r"the first manoeuvre takes \d+ s, and the limits give time_s 1; give more", said)
 
 
 def test_of_a_hull_without_linear_damping_the_flight_asks_for_the_masses_alone(files, capsys):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import yaml
 
 from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import load_mission
@@ -44,6 +45,17 @@ def identified(path, std, **more):
     }
     path.write_text(json.dumps(data), encoding="utf-8")
     return path
+
+
+def test_a_file_without_a_gyro_is_not_said_to_dive_in_simulation(here, capsys):
+    """Such a dive has no rates of turn; beside an autopilot they are the autopilot's."""
+    path = here / "rov.yaml"
+    raw = yaml.safe_load(load_vehicle("bluerov2").path.read_text(encoding="utf-8"))
+    for gyro, dives in (({"imu": {"kind": "mti300"}}, True), ({}, False)):
+        sensors = {"dvl": {"kind": "a50", "port": "tcp:127.0.0.1:16171"}, **gyro}
+        path.write_text(yaml.safe_dump(raw | {"sensors": sensors}), encoding="utf-8")
+        assert main(["plan", "--vehicle", str(path), *QUICK]) == 0
+        assert ("seatrial simulate" in " ".join(capsys.readouterr().out.split())) == dives
 
 
 def test_it_shows_the_plan_and_the_intervals_and_writes_what_simulate_dives(here, capsys):

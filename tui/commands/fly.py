@@ -109,6 +109,11 @@ def flown(
             f"the plan begins at {plan.depth_m:g} m of depth, and the limits are {limits.shallowest_m:g} to "
             f"{limits.deepest_m:g} m; change one of them"
         )
+    first_s = plan.pieces[0].duration_s
+    if limits.time_s < first_s:
+        raise UsageError(
+            f"the first manoeuvre takes {first_s:g} s, and the limits give time_s {limits.time_s:g}; give more"
+        )
     clock, words = clocks.SystemClock(), show.words()
     recording = _recording(arguments, file, configuration, clock, partial(tell, words))
     crew, how, identifying = recording.crew, "not begun", None

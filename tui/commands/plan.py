@@ -96,12 +96,13 @@ def _tank(
 
 
 def dives_in_simulation(file: VehicleFile, configuration: str) -> bool:
-    """Whether a simulated vehicle of this file can dive: it has sensors, and a truth file or a model of its own."""
+    """Whether a simulated vehicle of this file makes a dive that can be identified: it has a gyro of its own, and a
+    truth file or a model of its own."""
     try:
         load_truth(file, configuration)
     except ConfigError:
         return False
-    return bool(file.vehicle.sensors.present())
+    return not {"imu", "fog"}.isdisjoint(file.vehicle.sensors.present())
 
 
 def check_plan(path: str) -> None:
