@@ -94,6 +94,32 @@ def _thrust_line(course: Course, values: Array) -> Act:
     return Act(wrench=wrench)
 
 
+def _carried_lower(course: Course, height_m: float) -> Array:
+    """Wrench (n, 6) of added mass whose centre lies `height_m` lower: X_qdot = M_udot and Y_pdot = K_vdot, and the
+    Coriolis forces of these (Fossen 2011, eqs 6.40 and 6.43)."""
+    along, across = (height_m * course.added_mass[:2]).tolist()
+    (u, v, w, p, q, r), (du, dv, _, dp, dq, _) = course.nu.T, course.nu_dot.T
+    ahead, aside, roll, pitch = along * q, -across * p, -across * v, along * u
+    return -np.column_stack(
+        [
+            along * dq - r * aside,
+            -across * dp + r * ahead,
+            p * aside - q * ahead,
+            -across * dv - r * pitch - w * aside,
+            along * du + r * roll + w * ahead,
+            p * pitch - q * roll + u * aside - v * ahead,
+        ]
+    )
+
+
+def _hull_forces(course: Course, values: Array) -> Act:
+    """Added mass and drag whose centre lies `height` lower."""
+    drag = course.drag_of(course.nu)
+    moments = np.zeros_like(course.nu)
+    moments[:, 3], moments[:, 4] = values[0] * drag[:, 1], -values[0] * drag[:, 0]
+    return Act(wrench=moments + _carried_lower(course, float(values[0])))
+
+
 PITCH_ROLL_COUPLING = tuple(
     Effect(
         "pitch_roll_coupling",
@@ -123,6 +149,20 @@ PITCH_ROLL_COUPLING = tuple(
             "thrusters that push lower than the vehicle file says: pitch with surge thrust",
             _thrust_line,
             "thrust line",
+            None,
+        ),
+        (
+            "added mass and drag whose centre lies lower than the centre of mass, or higher below zero: pitch with "
+            "surge, roll with sway",
+            _hull_forces,
+            "hull's forces",
+            None,
+        ),
+        (
+            "added mass whose centre lies lower than the centre of mass, or higher below zero: pitch with surge, roll "
+            "with sway",
+            lambda course, values: Act(wrench=_carried_lower(course, float(values[0]))),
+            "added mass",
             None,
         ),
     )

@@ -22,6 +22,7 @@ from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, w
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.effects.rigid_body import PITCH_ROLL_COUPLING
 from identify.effects.sensors import DEPTH_SCALE, DVL_SCALE
 
 LIBRARY = (COUPLED_DAMPING, STEADY_CURRENT, DEAD_ZONE, QUADRATIC_DRAG)
@@ -449,6 +450,23 @@ def test_a_late_thrust_is_named_by_the_form_with_which_the_filters_are_likeliest
     (cause,) = fit.causes
     assert cause.effect is forms[planted]
     assert cause.values == pytest.approx(causes[planted].values, rel=0.15)
+
+
+def test_a_cause_is_told_in_the_variant_with_which_the_filters_are_likeliest(nominal):
+    """A hull whose drag and added mass lie above its centre of mass: righting moments too large or too small, or thrust
+    that acts elsewhere, make up for a part of that."""
+    planted = next(effect for effect in PITCH_ROLL_COUPLING if effect.variant == "hull's forces")
+    cause = Cause(planted, np.array([-0.1]))
+    opposed = refitted(nominal, [cause.act(nominal.course).times(-1.0)])
+    high = replace(opposed, acts=(), course=nominal.course)
+    maker = search._weighing_maker(PITCH_ROLL_COUPLING)
+    for variant in PITCH_ROLL_COUPLING[:3]:
+        begun = explained_by([Cause(variant, variant.start())], high, PITCH_ROLL_COUPLING)
+        weighing, fit = search._with_likeliest_variants(high, begun.weighing, begun.fit, maker)
+        (found,) = fit.causes
+        assert found.effect is planted
+        assert found.values == pytest.approx(cause.values, rel=0.15)
+        assert weighing.now.log_posterior > begun.now.log_posterior
 
 
 def test_thrust_that_comes_earlier_than_the_vehicle_file_says_is_no_delay(monkeypatch):

@@ -25,7 +25,7 @@ def wrench(effect: Effect, course: Course, *values: float, at: int = -1) -> np.n
     return result[at]
 
 
-RIGHTING, LOW_MASS, LOW_THRUST = rigid_body.PITCH_ROLL_COUPLING
+RIGHTING, LOW_MASS, LOW_THRUST, LOW_HULL, LOW_WATER = rigid_body.PITCH_ROLL_COUPLING
 SHAKEN = {"nu_dot": [1, 1, 1, 0, 0, 0], "depth_m": 0.5, "altitude_m": 2.0}
 HEAVIER = 0.2 * np.array([0.25 * 38, 58, 68, 0, 0, 0])
 FARTHER = (0.5**2 + 0.25**2) / (2.0**2 + 0.25**2)
@@ -137,6 +137,25 @@ def carried(course: Course, first: np.ndarray) -> np.ndarray:
 def test_a_mass_off_the_middle_takes_a_point_mass_s_acceleration(rich_course: Course) -> None:
     result = wrench(rigid_body.CG_OFFSET_IN_SPACE, rich_course, 0.03, -0.02)
     assert result == pytest.approx(-carried(rich_course, DRY_KG * np.array([0.03, -0.02, 0.0])))
+
+
+def test_added_mass_below_the_centre_of_mass_couples_surge_with_pitch_and_sway_with_roll(
+    rich_course: Course,
+) -> None:
+    coupling = np.zeros((6, 6))
+    coupling[[0, 4], [4, 0]] = 0.05 * rich_course.added_mass[0]
+    coupling[[1, 3], [3, 1]] = -0.05 * rich_course.added_mass[1]
+    nu, nu_dot = rich_course.nu[-1], rich_course.nu_dot[-1]
+    push, turn = np.split(coupling @ nu, 2)
+    coriolis = np.concatenate([np.cross(nu[3:], push), np.cross(nu[3:], turn) + np.cross(nu[:3], push)])
+    assert wrench(LOW_WATER, rich_course, 0.05) == pytest.approx(-coupling @ nu_dot - coriolis)
+
+
+def test_drag_below_the_centre_of_mass_pulls_the_nose_down_and_rolls_with_sway(course: Made) -> None:
+    """What it adds to the added mass there is the drag's lever."""
+    moving = course(nu=[0.5, 0.2, 0.1, 0.1, 0.2, 0.3], nu_dot=[0.3, 0.2, 0.1, 0, 0, 0])
+    lever = wrench(LOW_HULL, moving, 0.05) - wrench(LOW_WATER, moving, 0.05)
+    assert lever == pytest.approx([0, 0, 0, 0.05 * 60 * 0.2, -0.05 * 50 * 0.5, 0])
 
 
 def test_level_and_in_space_are_one_where_nothing_rolls_pitches_or_heaves(course: Made) -> None:

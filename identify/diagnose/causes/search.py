@@ -126,6 +126,7 @@ def _searched(
     if len(judged.causes) < len(fit.causes):
         weighing, fit = _settled(nominal, weighing, judged, at)
     weighing, fit = _with_likeliest_timing(nominal, weighing, fit, at)
+    weighing, fit = _with_likeliest_variants(nominal, weighing, fit, at)
     weighing, fit = _with_usual_values(nominal, weighing, fit, at)
     return Explanation(fit, weighing, weighing.now)
 
@@ -220,6 +221,41 @@ def _with_likeliest_timing(
             if likelier and len(settled_fit.causes) == len(fit.causes):
                 best = settled, settled_fit
     return best
+
+
+def _with_likeliest_variants(
+    nominal: Nominal, weighing: Weighing, fit: Fitted, at: Callable[[Nominal, Sequence[Cause]], Weighing]
+) -> tuple[Weighing, Fitted]:
+    """The fit with each cause in the variant with which the filters are likeliest.
+
+    Masses and dampings that were fitted without the cause, or with one of its variants, favour the variant that is
+    most like their own errors: an inertia that is far too small looks like a righting moment that is too large.
+    """
+    for k in range(len(fit.causes)):
+        cause, others = fit.causes[k], weighing.fitted(without(fit.causes, k))
+        best = weighing, fit
+        for effect in weighing.library:
+            other = Cause(effect, effect.start())
+            if other.key != cause.key or effect == cause.effect or not _is_variant(effect, cause.effect):
+                continue
+            instead = weighing.fitted((*fit.causes[:k], other, *fit.causes[k + 1 :]))
+            saves = len(instead.causes) == len(fit.causes) and instead.gain > others.gain + AMBIGUOUS_NATS
+            if not saves or not may_be_cause(instead.causes[k], weighing):
+                continue
+            least = best[0].now.log_posterior
+            settled, settled_fit = _settled(nominal, weighing, instead, at, least)
+            likelier = settled.now.log_posterior > least + AMBIGUOUS_NATS
+            if likelier and len(settled_fit.causes) == len(fit.causes):
+                best = settled, settled_fit
+        weighing, fit = best
+    return weighing, fit
+
+
+def _is_variant(effect: Effect, of: Effect) -> bool:
+    """Whether an effect of the same cause is another form of it, and not its beginning within the dive, or other
+    periods of a sea."""
+    within = (effect.since_s, effect.until_s) == (of.since_s, of.until_s)
+    return within and not effect.sea and not effect.timing
 
 
 def _with_usual_values(
