@@ -13,7 +13,7 @@ from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import accepted_causes, library_with_changes
 from identify.diagnose.causes.onset import unsought, with_beginnings
-from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts, shafts_note
+from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts
 from identify.diagnose.changed import changes_of, shift_of
 from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.findings import beside_thrust_gain, findings_of, strongest_first, trials_of
@@ -75,6 +75,7 @@ from identify.estimators.likelihood.axis import MASS
 from identify.estimators.missing_forces.screening import LEAST_FORCE
 from identify.ingest.commands import unknown_between
 from identify.threads import both
+from identify.thrust.shafts import shafts_note
 
 Progress = Callable[[float, str], None]
 
@@ -234,7 +235,7 @@ def diagnose(
             *(contradiction_note(heldout, shrunk) if causes else ()),
             *((spikes_sentence(spiky),) if spiky and not many else ()),
             *((spikes_sentence(other_spiky, check.name),) if check is not None and other_spiky else ()),
-            *shafts_note(nominal),
+            *((shafts_note(nominal.course.lag_s),) if nominal.course.by_shaft else ()),
             *recording_notes(dive, nominal),
             *unjudged_causes(lacks_itself & {OWN_VELOCITY}),
         ),

@@ -178,7 +178,7 @@ def history_of(
     step_s = np.diff(asked.time_s)
     decay = _decay(step_s, lag_s)
     runs = np.split(np.arange(len(asked)), np.searchsorted(asked.time_s, breaks_s))
-    state = np.vstack([_lagged(asked.value[run], decay[run[:-1]]) for run in runs if len(run)])
+    state = np.vstack([lagged_states(asked.value[run], decay[run[:-1]]) for run in runs if len(run)])
     areas = _area(asked.value[:-1], state[:-1], step_s, lag_s)
     integral = np.concatenate((np.zeros((1, 6)), np.cumsum(areas, axis=0)))
     moments = integral[:-1] * step_s[:, None] + _moment(asked.value[:-1], state[:-1], step_s, lag_s)
@@ -188,7 +188,7 @@ def history_of(
     )
 
 
-def _lagged(asked: Array, decay: Array) -> Array:
+def lagged_states(asked: Array, decay: Array) -> Array:
     """Return w with w[0] = W[0], w[k + 1] = decay[k] w[k] + (1 - decay[k]) W[k], as a scan in log2(n) passes."""
     factor = np.concatenate(([0.0], decay))
     state = np.concatenate((asked[:1], (1 - decay)[:, None] * asked[:-1]))

@@ -68,16 +68,6 @@ def of_shafts(nominal: Nominal) -> Nominal:
     return replace(now, acts=(), witnesses=seen)
 
 
-def shafts_note(nominal: Nominal) -> tuple[str, ...]:
-    """A note where the lag is taken for that of the shafts' speed."""
-    if not nominal.course.by_shaft:
-        return ()
-    return (
-        f"The thrusters' lag of {nominal.course.lag_s:g} s is taken for that of their shafts' speed, whose square the "
-        "thrust goes by: so the dive is likelier than with a lag of the thrust.",
-    )
-
-
 def _can_tell(nominal: Nominal, library: Sequence[Effect]) -> bool:
     """Whether each thruster's command is known at all times, and no lag was accepted."""
     return (

@@ -78,6 +78,20 @@ def axes_with_delay(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
     return replace(built, axes=tuple(axis_with_delay(axis, built, forces, by_s) for axis in built.axes))
 
 
+def axes_with_forces(built: Axes, forces: WrenchHistory, other: WrenchHistory) -> Axes:
+    """Return the axes, which were built with these forces, for other forces; none is read through an autopilot's
+    filter."""
+
+    def moved(axis: Axis) -> Axis:
+        halves = [
+            history.along(axis.dof).halves_between(axis.before_s, axis.time_s)[:, :, 0]
+            for history in (other, forces)
+        ]
+        return replace(axis, force=axis.force + halves[0] - halves[1])
+
+    return replace(built, axes=tuple(moved(axis) for axis in built.axes))
+
+
 def axis_with_delay(axis: Axis, built: Axes, forces: WrenchHistory, by_s: float) -> Axis:
     """Return an axis of `built`, which was built with these forces, for forces that act `by_s` later."""
     before, grid = axis.before_s, built.motion.time_s

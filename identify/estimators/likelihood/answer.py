@@ -29,13 +29,12 @@ from identify.estimators.likelihood.fit import JointFit, fit_axes
 from identify.estimators.mass_by_run import kinds_of_runs
 from identify.estimators.missing_forces.drag_and_timing import Doubts, doubts_of
 from identify.estimators.timing.autopilot_velocity import shared_axes
-from identify.estimators.timing.thrust_delay import with_delay
+from identify.estimators.timing.thrust_timing import Timed, with_timing
 from identify.identification import Estimate, Identification, Information
-from identify.ingest.commands import holding_variance_s2
 from identify.nuisance import Nuisance
 from identify.progress import Progress
 from identify.statistics import Z95
-from identify.thrust.wrench import wrench
+from identify.thrust.shafts import shafts_note
 
 TELLING_LATE_S, TELLING_SHARE = 0.01, 0.5
 """A coefficient is noted if thrust that acts TELLING_LATE_S later would move it by more than TELLING_SHARE of its
@@ -59,21 +58,18 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     spoilt = {finding.dof: finding for finding in unrecorded(dive, file.vehicle.water)}
     joint = fit_axes(built, configuration, progress, spoilt)
     tests = doubts_of(joint.joint, joint.theta)
-    delay = None
-    curve, seems_late = file.vehicle.thrust_curve, _seems_late(tests, built, spoilt)
+    timed, curve = Timed(built, joint), file.vehicle.thrust_curve
+    seems_late = _seems_late(tests, built, spoilt)
     if joint.fits and (seems_late or curve.lag_s == curve.delay_s == 0.0):
         progress(1.0, "looking for the delay of the thrust")
-        forces = wrench(dive, file, configuration_name)
         refit = partial(fit_axes, configuration=configuration, progress=progress, feedback_unrecorded=spoilt)
-        try:
-            late_fit = with_delay(forces, curve.delay_s, built, joint, refit, seems_late)
-        except np.linalg.LinAlgError:
-            # A delay at which the equations have no solution is rejected; without a delay they have one.
-            late_fit = None
-        if late_fit is not None:
-            built, joint = late_fit.built, late_fit.fit
-            delay = late_fit.delay.widened(holding_variance_s2(dive))
-            tests = doubts_of(joint.joint, joint.theta)
+        timed = with_timing(
+            dive, file, configuration_name, timed, refit, seems_late,
+            lambda fit: _seems_late(doubts_of(fit.joint, fit.theta), built, spoilt),
+        )  # fmt: skip
+    if timed.fit is not joint:
+        built, joint = timed.built, timed.fit
+        tests = doubts_of(joint.joint, joint.theta)
     progress(1.0, "")
     fits = joint.fits
     fitted = Fitted(
@@ -85,7 +81,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
         joint.theta,
         _nuisance(fits),
         _doubts(fits, joint.stopped_at),
-        delay,
+        timed.delay,
         {DOFS[dof]: _usual_speed(fit) for dof, fit in fits.items()},
         {DOFS[dof]: _innovations(fit) for dof, fit in fits.items()},
         {
@@ -99,6 +95,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     )
     totals = answer.parameters[: len(COEFFICIENTS)]
     notes = (*_rests_on_gravity(totals, built, configuration), *_rests_on_lag(totals, tests))
+    notes = (*notes, *((shafts_note(curve.lag_s),) if timed.by_shafts else ()))
     unknown = [dof for dof in spoilt if not totals[dof].identifiable]
     return replace(answer, notes=(*answer.notes, *notes), information=_information(joint, unknown))
 
