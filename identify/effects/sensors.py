@@ -135,6 +135,26 @@ GYRO_BIAS = Effect(
 )
 
 
+def _gyro_scale(course: Course, values: Array) -> Act:
+    gyro = np.zeros((len(course.nu), 3))
+    gyro[:, 2] = (values[0] - 1.0) * course.nu[:, 5]
+    return Act(gyro=gyro)
+
+
+GYRO_SCALE = Effect(
+    "gyro_bias",
+    "a gyro that reads all turning about the vertical too large or too small",
+    "reading",
+    (Parameter("scale", "1", 1.02, low=0.5, high=2.0, none=1.0),),
+    _gyro_scale,
+    Separation(manoeuvres=("two full turns beside the compass",)),
+    variant="scale",
+    # Of this name answers have a bias alone.
+    telling=lambda _: {},
+    witnessed=True,
+)
+
+
 def _leak(course: Course, values: Array) -> Act:
     """An IMU tilted by small angles t reads f - t x f instead of the specific force f = d(v)/dt + omega x v - g: at
     rest and level this adds g pitch ahead and -g roll aside."""
@@ -179,6 +199,7 @@ EFFECTS = (
     DVL_LEVER_ARM,
     DVL_DELAY,
     GYRO_BIAS,
+    GYRO_SCALE,
     IMU_GRAVITY_LEAK,
     WRONG_FEEDBACK_LOG,
 )

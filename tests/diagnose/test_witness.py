@@ -5,15 +5,18 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from fakes.planted import planted_nominal
+from fakes.planted import diagnosed, planted_nominal
 
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.filters.witnesses import _accelerometer, weighed_witness, witnesses
+from identify.diagnose.words.causes import cause_line
 from identify.dive import Signal
-from identify.effects.actuators import DEAD_ZONE_SHIFTED, thruster_lag
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, thruster_lag
 from identify.effects.rigid_body import THRUST_BIAS
-from identify.effects.sensors import GYRO_BIAS, IMU_GRAVITY_LEAK
+from identify.effects.sensors import GYRO_BIAS, GYRO_SCALE, IMU_GRAVITY_LEAK
+
+SUSPECTS = COMMAND_DELAY, GYRO_BIAS, GYRO_SCALE
 
 
 def nominal_with(names, seed=300_901):
@@ -61,6 +64,18 @@ def test_a_gyro_that_turns_at_rest_turns_on_beyond_the_heading():
     assert heading.off.mean() == pytest.approx(-5.0 * bias, rel=0.1)
     seen = heading.of(GYRO_BIAS.act(nominal.course, np.array([bias])))
     np.testing.assert_allclose(seen, -5.0 * bias)
+
+
+def test_a_gyro_whose_scale_is_off_is_named_with_its_size_instead_of_a_late_thrust(case_and_nominal):
+    case, dive = case_and_nominal[0], dive_of(case_and_nominal[0])
+    scaled = dive.gyro.value * [1.0, 1.0, 1.02]
+    changed = dict.fromkeys(("fog",)) | {"gyro": Signal(dive.gyro.time_s, scaled)}
+    diagnosis = diagnosed(case, *SUSPECTS, dive=replace(dive, **changed))
+    (finding,) = diagnosis.findings
+    assert finding.cause.effect is GYRO_SCALE
+    assert finding.cause.values == pytest.approx([1.02], abs=2e-3)
+    assert finding.parameters == {}
+    assert "Fitted: scale 1.02" in cause_line(finding)
 
 
 def test_a_dive_with_commands_for_a_few_seconds_alone_has_no_heading_to_compare(case_and_nominal):

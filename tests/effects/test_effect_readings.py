@@ -30,6 +30,7 @@ Made = Callable[..., Course]
         (sensors.DVL_LEVER_ARM, [1, 1, 1, 0.1, -0.2, 0.3], (0.4, 0.1, -0.2), "velocity",
          np.cross([0.1, -0.2, 0.3], [0.4, 0.1, -0.2])),
         (sensors.GYRO_BIAS, 0.0, (0.002,), "gyro", [0, 0, 0.002]),
+        (sensors.GYRO_SCALE, [0, 0, 0, 0.1, 0.2, 0.3], (1.02,), "gyro", [0, 0, 0.006]),
         (sensors.IMU_GRAVITY_LEAK, 0.0, (0.01, 0.02), "specific_force",
          [0.02 * GRAVITY_M_S2, -0.01 * GRAVITY_M_S2, 0]),
     ],

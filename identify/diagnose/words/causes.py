@@ -109,9 +109,19 @@ def percent(share: float) -> str:
 
 def cause_line(finding: Finding) -> str:
     values = [value_words(name, value) for name, value in shown_parameters(finding).items()]
+    values = values or _untold(finding)
     parameters = f" Fitted: {', '.join(values)}." if values else ""
     doubt = f" {alike_sentence(finding)}" if finding.is_ambiguous else ""
     return f"{cause_sentence(finding)}{parameters}{doubt}"
+
+
+def _untold(finding: Finding) -> list[str]:
+    """The size of a form of a cause whose answers have no parameter for it."""
+    cause = finding.cause
+    return [
+        f"{parameter(each.name)} {significant(value, 4)}{unit_after(each.unit)}"
+        for each, value in zip(cause.effect.parameters, cause.values.tolist(), strict=True)
+    ]
 
 
 def percent_bounded(probability: float) -> str:
