@@ -145,7 +145,8 @@ GYRO_SCALE = Effect(
     "gyro_bias",
     "a gyro that reads all turning about the vertical too large or too small",
     "reading",
-    (Parameter("scale", "1", 1.02, low=0.5, high=2.0, none=1.0),),
+    # A healthy gyro's scale is off by up to half a per cent, and less than an eighth of this start is none.
+    (Parameter("scale", "1", 1.05, low=0.5, high=2.0, none=1.0),),
     _gyro_scale,
     Separation(manoeuvres=("two full turns beside the compass",)),
     variant="scale",
