@@ -58,6 +58,16 @@ def test_the_mass_of_a_dive_whose_shafts_lag_is_the_true_one_and_no_delay_is_tol
     assert answer["D_u"].low95 < closed_loop.DAMPING < answer["D_u"].high95
 
 
+@pytest.mark.parametrize(("follows", "by_shafts"), [(Shaft, True), (Thrust, False)])
+def test_a_delay_beyond_the_lag_is_told_with_the_form_of_the_lag(follows, by_shafts):
+    dive = recorded(follows())
+    late = Signal(dive.thrust_cmd.time_s - 0.15, dive.thrust_cmd.value)
+    answer = estimate(replace(dive, thrust_cmd=late), SLOW, "only", network_tasks.quiet)
+    assert any("shafts" in note for note in answer.notes) == by_shafts
+    assert answer.thrust_delay.low95_s < 0.15 < answer.thrust_delay.high95_s
+    assert answer["M_u"].low95 < closed_loop.MASS < answer["M_u"].high95
+
+
 def test_a_thrust_that_lags_as_the_vehicle_file_says_is_no_shaft_s():
     answer = estimate(recorded(Thrust()), SLOW, "only", network_tasks.quiet)
     assert not any("shafts" in note for note in answer.notes)

@@ -64,11 +64,9 @@ def with_timing(
         of_shafts = Timed(built, refit(built), by_shafts=True)
     except np.linalg.LinAlgError:
         return delayed
-    if of_shafts.log_posterior < delayed.log_posterior + LEAST_GAIN:
-        return delayed
-    if not seems_late(of_shafts.fit):
-        return of_shafts
-    return _with_delay(dive, shafts, delay_s, of_shafts, refit, True)
+    if seems_late(of_shafts.fit):
+        of_shafts = _with_delay(dive, shafts, delay_s, of_shafts, refit, True)
+    return of_shafts if of_shafts.log_posterior > delayed.log_posterior + LEAST_GAIN else delayed
 
 
 def _with_delay(
