@@ -1,6 +1,7 @@
 """Thrusters whose shafts lag in speed, identified: the lag is taken for that, and for no delay of the thrust."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import closed_loop
 import network_tasks
@@ -10,6 +11,8 @@ import pytest
 from identify.dive import Signal
 from identify.doubt import Outcome
 from identify.estimators.likelihood.answer import estimate
+from identify.estimators.timing import thrust_timing
+from identify.estimators.timing.thrust_timing import Timed, with_timing
 from identify.thrust.shafts import wrench_by_shafts
 from identify.thrust.wrench import wrench
 
@@ -72,6 +75,19 @@ def test_a_thrust_that_lags_as_the_vehicle_file_says_is_no_shaft_s():
     answer = estimate(recorded(Thrust()), SLOW, "only", network_tasks.quiet)
     assert not any("shafts" in note for note in answer.notes)
     assert answer["M_u"].low95 < closed_loop.MASS < answer["M_u"].high95
+
+
+@pytest.mark.parametrize(("axes", "fits_shafts"), [(1, True), (2, False)])
+def test_a_delay_that_settles_several_axes_leaves_no_question_of_the_shafts(monkeypatch, axes, fits_shafts):
+    plain = Timed(SimpleNamespace(axes=()), SimpleNamespace(fits=dict.fromkeys(range(axes))))
+    monkeypatch.setattr(thrust_timing, "wrench", lambda *_: None)
+    monkeypatch.setattr(thrust_timing, "wrench_by_shafts", lambda *_: "shafts")
+    monkeypatch.setattr(thrust_timing, "axes_with_forces", lambda *_: None)
+    monkeypatch.setattr(thrust_timing, "with_delay", lambda *_: None)
+    monkeypatch.setattr(Timed, "log_posterior", property(lambda timed: float(timed.by_shafts) * 1e6))
+    fitted = []
+    timed = with_timing(None, SLOW, "only", plain, lambda built: fitted.append(built), True, lambda _: False)
+    assert (timed.by_shafts, bool(fitted)) == (fits_shafts, fits_shafts)
 
 
 def test_the_thrust_of_shafts_goes_by_the_square_of_their_speed_between_the_commands_too():

@@ -51,13 +51,17 @@ def with_timing(
     """Return the likeliest of the vehicle file's own timing, a delay beyond it, and a lag of the shafts.
 
     plain: the dive with the file's own timing; late: whether its thrust seems to act at another time. seems_late: the
-    same of a fit with a lag of the shafts, which then gets a delay as well.
+    same of another fit. Where a delay settles that in several axes, it is taken; a lag of the shafts gets a delay as
+    well where it does not settle it.
     """
     delay_s = file.vehicle.thrust_curve.delay_s
     forces = wrench(dive, file, configuration_name)
     delayed = _with_delay(dive, forces, delay_s, plain, refit, late)
     shafts = wrench_by_shafts(dive, file, configuration_name, forces)
     if not late or shafts is None or any(axis.is_coloured for axis in plain.built.axes):
+        return delayed
+    # A single axis never contradicts its own delay.
+    if len(plain.fit.fits) > 1 and not seems_late(delayed.fit):
         return delayed
     built = axes_with_forces(plain.built, forces, shafts)
     try:
