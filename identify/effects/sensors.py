@@ -141,6 +141,11 @@ def _gyro_scale(course: Course, values: Array) -> Act:
     return Act(gyro=gyro)
 
 
+def _turns_round(course: Course, _: Array) -> bool:
+    """Whether the heading goes all the way round: over less than that a compass' deviation does the same."""
+    return float(np.ptp(np.unwrap(course.euler[:, 2]))) >= 2.0 * np.pi
+
+
 GYRO_SCALE = Effect(
     "gyro_bias",
     "a gyro that reads all turning about the vertical too large or too small",
@@ -150,6 +155,7 @@ GYRO_SCALE = Effect(
     _gyro_scale,
     Separation(manoeuvres=("two full turns beside the compass",)),
     variant="scale",
+    possible=_turns_round,
     # Of this name answers have a bias alone.
     telling=lambda _: {},
     witnessed=True,

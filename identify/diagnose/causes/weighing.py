@@ -414,6 +414,7 @@ def rows_of(now: Nominal) -> Regression:
     rows = regression_of(now.joint, now.theta, now.feedback_maybe_unrecorded).with_thrust_scale()
     if now.filtered:
         rows = rows.with_drift_moments(now.course)
+    rows = rows.with_deviation(now.course)
     rows = rows.with_witnesses(now.witnesses, now.acts, now.course)
     removed = rows.blocks(now.acts, now.course).times(np.ones((len(now.acts), 1)))
     return replace(rows, value=rows.value + removed[:, 0])

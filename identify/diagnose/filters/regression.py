@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.coefficients import YAW
 from identify.diagnose.causes.evidence import FOLDS, Block, Blocks
+from identify.diagnose.filters.deviation import deviations
 from identify.diagnose.filters.innovations import AxisInnovations, autoregressions_of, push_of
 from identify.diagnose.filters.witnesses import WeighedWitness, Witness, weighed_witness
 from identify.effects.course import Course
@@ -126,6 +127,16 @@ class Regression:
             wrench[:, dof] = size * course.drifting[:, first] * course.drifting[:, second]
             acts.append(Act(wrench=wrench))
         return self._with_nuisances(self.blocks(acts, course), MASS_OFF)
+
+    def with_deviation(self, course: Course) -> "Regression":
+        """Add nuisance columns for a compass' deviation, where a heading is among the readings."""
+        acts = []
+        for deviation in deviations(course.euler[:, 2]).T:
+            attitude = np.zeros((len(deviation), 3))
+            attitude[:, 2] = deviation
+            acts.append(Act(attitude=attitude))
+        columns = self.blocks(acts, course)
+        return self._with_nuisances(columns, 1.0) if columns.square().any() else self
 
     def _with_nuisances(self, columns: Blocks, spread: float) -> "Regression":
         return replace(

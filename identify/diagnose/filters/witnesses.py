@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2, VehicleFile
 from bridge.vehicle.thrusters import thrust_by_shaft, thrust_curve
+from identify.diagnose.filters.deviation import deviations
 from identify.dive import Dive, Signal
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act
@@ -240,7 +241,7 @@ def _lagging(asked: Array, keep: Array) -> Array:
 
 
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
-    """Turn of the heading in a window, less the gyros' turn."""
+    """Turn of the heading in a window, less the gyros' turn; the compass' deviation is a nuisance."""
     turn = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
     if (
         dive.attitude is None
@@ -257,13 +258,11 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     by_gyro = (q * np.sin(roll) + rate * np.cos(roll)) / np.cos(pitch)
     turned = np.concatenate([[0.0], np.cumsum(0.5 * np.diff(turn.time_s) * (by_gyro[1:] + by_gyro[:-1]))])
     beyond = heading - np.interp(dive.attitude.time_s, turn.time_s, turned)
-    near = Signal(dive.attitude.time_s, beyond[:, None])
     edges = np.arange(course.time_s[0] + WINDOW_S, course.time_s[-1] - WINDOW_S, WINDOW_S)
     if len(edges) < 2:
         return
-    parts = [near.between(t - 0.5, t + 0.5).value for t in edges]
-    ends = np.array([np.mean(part) if len(part) else np.nan for part in parts])
-    off = np.diff(ends)
+    ends = _about(edges, Signal(dive.attitude.time_s, np.column_stack([beyond, deviations(heading)])))
+    off, *deviation = np.diff(ends, axis=0).T
     # A turn between two runs was not seen.
     across = np.searchsorted(dive.breaks_s, edges[1:] + 0.5) > np.searchsorted(
         dive.breaks_s, edges[:-1] - 0.5
@@ -277,7 +276,15 @@ def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
     bins = Bins(
         time_s[kept], bin_of, np.bincount(bin_of, minlength=int(good.sum())).astype(np.float64), course.time_s
     )
-    yield _plain_witness("heading", 2, bins, off[good])
+    plain = _plain_witness("heading", 2, bins, off[good])
+    yield replace(plain, known=np.column_stack(deviation)[good], precision=np.ones(len(deviation)))
+
+
+def _about(instants: Array, signal: Signal) -> Array:
+    """Means (n, k) of the samples within half a second of each instant (n,), NaN without one."""
+    parts = [signal.between(t - 0.5, t + 0.5).value for t in instants]
+    none = np.full(signal.value.shape[1], np.nan)
+    return np.array([np.mean(part, axis=0) if len(part) else none for part in parts])
 
 
 def _accelerometer(dive: Dive, course: Course) -> Iterator[Witness]:
