@@ -16,12 +16,12 @@ from identify.diagnose.causes.candidates import Cause, companions, other_forms, 
 from identify.diagnose.causes.evidence import Candidates
 from identify.diagnose.causes.seas import period_interval, seas_of
 from identify.diagnose.causes.weighing import weighing_of
+from identify.diagnose.filters.backwards import scores, scores_of_each
 from identify.diagnose.filters.nominal import Nominal, nominal_of, refitted
 from identify.diagnose.filters.regression import regression_of
 from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
 from identify.diagnose.remainder.bursts import _AxisScores, _Stretches, _StretchScores, bursts, mixture_gain
-from identify.diagnose.remainder.lines import scores
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.result import Next
@@ -280,6 +280,8 @@ def test_a_filter_run_backwards_weighs_any_force_as_it_does_forwards(weighing):
         force, left = rng.standard_normal(len(axis.problem.axis.time_s)), rng.standard_normal(len(axis.std))
         forwards = axis.prewhitened(axis.by_force(force[:, None]))[:, 0] @ left
         assert scores(axis, left) @ force == pytest.approx(forwards, rel=1e-9)
+        of_each = scores_of_each(axis, np.column_stack([np.zeros(len(left)), left, -left]))
+        assert np.array_equal(of_each.T, [np.zeros(len(force)), scores(axis, left), -scores(axis, left)])
 
 
 def test_a_dive_that_obeys_its_model_leaves_nothing_that_comes_and_goes(weighing):
@@ -363,10 +365,25 @@ def test_a_stretch_in_which_slow_commands_jump_tells_of_no_burst(is_sampled):
     jumps = (at_s / 3.0).astype(int) % 10 == 4
     hidden = np.where(jumps, 8.0, 0.2) if is_sampled else np.zeros(0)
     score = rng.standard_normal(len(at_s)) * np.where(jumps, 6.0, 1.0)
-    of = _AxisScores(at_s, score, rng.standard_normal((128, len(at_s))), hidden)
+    of = _AxisScores(at_s, score, [rng.standard_normal((len(at_s), 128))], hidden)
     stretches = _Stretches(3.0, 0.0, ((0.0, 240.0),))
     (scores_by_stretch,) = stretches.sums(of, (0.0,))
     assert (stretches.beside_noise(scores_by_stretch, of).uneven < 0.5) is is_sampled
+
+
+@pytest.mark.parametrize("rate", [0.0, 2.0])
+def test_a_stretch_has_the_sum_of_its_instants_scores_and_what_comes_after_the_last_has_none(rate):
+    at_s = 0.25 * np.arange(103)
+    scores_of_all = np.random.default_rng(3).standard_normal((len(at_s), 3))
+    stretches = _Stretches(5.0, 0.5, ((0.0, 25.5),))
+    totals = stretches._turned(at_s)(rate)(scores_of_all)
+    assert totals.shape == (stretches.count, 1 if rate == 0 else 2, 3)
+    for k, total in enumerate(totals):
+        of_it = (at_s >= 2.5 + 5.0 * k) & (at_s < 7.5 + 5.0 * k)
+        # Before the first stretch of a run the weight is that of its first instant, none.
+        weight = np.sin(np.pi * (at_s[of_it] - 2.5 - 5.0 * k) / 5.0) ** 2
+        waves = [weight] if rate == 0 else [weight * wave(rate * at_s[of_it]) for wave in (np.cos, np.sin)]
+        assert np.allclose(total, [wave @ scores_of_all[of_it] for wave in waves])
 
 
 def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(weighing, monkeypatch):

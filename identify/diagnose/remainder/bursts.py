@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from identify.diagnose.causes.evidence import FOLDS
-from identify.diagnose.filters.backwards import scores
+from identify.diagnose.filters.backwards import scores, scores_of_each
 from identify.diagnose.filters.innovations import AxisInnovations
 from identify.diagnose.filters.regression import piece_s
 
@@ -41,8 +41,9 @@ MOST_SIGMA = 4.0
 
 LEAST_STRETCHES = 20
 
-DRAWS = 128
-"""Draws of noise alone, which tell the spread of a stretch's score to 6 %."""
+DRAWS, TOGETHER = 128, 16
+"""Draws of noise alone, which tell the spread of a stretch's score to 6 %, and how many of them go through a filter
+together."""
 
 LEAST_SHOWN = 0.2
 """Least spread of a stretch's score, relative to that of all. Where a push shows less, next to no score would be much,
@@ -89,38 +90,36 @@ class _Stretches:
 
     def sums(self, of: "_AxisScores", rates: Sequence[float]) -> list["_StretchScores"]:
         """The score by stretch, turned at each of some rates in rad/s; at 0 as it is."""
-        total = self._totals(of.at_s)
-        return [_StretchScores(total(of.score[None], rate)[0], rate=rate) for rate in rates]
+        turned = self._turned(of.at_s)
+        return [_StretchScores(turned(rate)(of.score[:, None])[:, :, 0], rate=rate) for rate in rates]
 
     def beside_noise(self, scores: "_StretchScores", of: "_AxisScores") -> "_StretchScores":
         """The score by stretch, over the spread that noise alone has in each."""
-        square = np.mean(self._totals(of.at_s)(of.noise, scores.rate) ** 2, axis=(0, 2))
+        turned = self._turned(of.at_s)
+        total = turned(scores.rate)
+        square = np.mean([total(some) ** 2 for some in of.noise], axis=(0, 2, 3))
         shown = square >= LEAST_SHOWN**2 * np.mean(square)
         if len(of.hidden):
-            each = self._totals(of.at_s)(np.stack([of.hidden, np.ones(len(of.hidden))]), 0.0)[:, :, 0]
-            shown &= each[0] <= MOST_HIDDEN * each[1]
+            each = turned(0.0)(np.column_stack([of.hidden, np.ones(len(of.hidden))]))[:, 0]
+            shown &= each[:, 0] <= MOST_HIDDEN * each[:, 1]
         spread = np.sqrt(np.maximum(square, 1e-300))
         value = np.where(shown, 1.0 / spread, 0.0)[:, None] * scores.total
         size = max(float(np.sqrt(np.sum(value**2) / max(value[shown].size, 1))), 1e-300)
         # The variance of a push's score is the precision of that push.
         return _StretchScores(value / size, np.where(shown, 1.0 / (spread * size), 0.0), scores.rate, shown)
 
-    def _totals(self, at_s: Array) -> Callable[[Array, float], Array]:
-        """What sums scores (k, n) at times (n,) by stretch, turned at a rate: (k, m, dims)."""
-        count = self.count
+    def _turned(self, at_s: Array) -> Callable[[float], Callable[[Array], Array]]:
+        """What sums scores (n, k) at times (n,) by stretch, (m, dims, k), once it is told the rate at which to turn
+        them."""
         index, within = self.at(at_s)
-        index = np.where((index < 0) | (index > count), count, index)
-        first = np.flatnonzero(np.diff(index, prepend=-1))
-        stretches, weight = index[first], _weight(within)
+        weight = _weight(within)
 
-        def total(scores: Array, rate: float) -> Array:
+        def turned(rate: float) -> Callable[[Array], Array]:
             waves = [weight] if rate == 0 else [weight * np.cos(rate * at_s), weight * np.sin(rate * at_s)]
-            out = np.zeros((len(scores), count + 1, len(waves)))
-            for k, wave in enumerate(waves):
-                out[:, stretches, k] = np.add.reduceat(scores * wave, first, axis=1)
-            return out[:, :count]
+            rows = np.array(waves)
+            return lambda scores: np.asarray(_by_stretch(scores, index, rows, self.count))
 
-        return total
+        return turned
 
     def burst(
         self, dof: int, scores: "_StretchScores", square: Array, dims: int, shown: NDArray[np.bool_]
@@ -139,7 +138,8 @@ class _Stretches:
 
 @dataclass(frozen=True)
 class _AxisScores:
-    """One axis' score (n,) by instant, at times at_s (n,), and those of draws of noise alone (draws, n).
+    """One axis' score (n,) by instant, at times at_s (n,), and those of draws of noise alone, (n, k) of
+    k draws each.
 
     hidden (n,): power of the force that slow samples of the commands hide, by its mean; empty with commands that are
     known at all times.
@@ -147,7 +147,7 @@ class _AxisScores:
 
     at_s: Array
     score: Array
-    noise: Array
+    noise: Sequence[Array]
     hidden: Array
 
 
@@ -213,7 +213,8 @@ def bursts(
     rng = np.random.default_rng(0)
 
     def by_instant(innovations: AxisInnovations, rows: Array) -> _AxisScores:
-        noise = np.array([scores(innovations, draw) for draw in rng.standard_normal((DRAWS, len(rows)))])
+        draws = np.split(rng.standard_normal((DRAWS, len(rows))), DRAWS // TOGETHER)
+        noise = [scores_of_each(innovations, some.T) for some in draws]
         axis, clipped = innovations.problem.axis, np.clip(rows, -MOST_SIGMA, MOST_SIGMA)
         hidden = (
             np.where(axis.step >= 0, axis.white_times[np.maximum(axis.step, 0)] ** 2, 0.0)
@@ -250,6 +251,19 @@ def _beats(stretches: _Stretches, of_axes: Mapping[int, _AxisScores]) -> Iterato
         for turned in tried[:WEIGHED]:
             each = stretches.beside_noise(turned, of)
             yield from stretches.burst(dof, each, each.square, each.total.shape[1], each.shown)
+
+
+@njit(cache=True, nogil=True)
+def _by_stretch(scores: Array, index: NDArray[np.intp], waves: Array, count: int) -> Array:
+    """Sums (count, dims, k) of scores (n, k) times waves (dims, n), by the stretch `index` (n,), of those from 0 to
+    `count`."""
+    out = np.zeros((count, waves.shape[0], scores.shape[1]))
+    for i in range(len(index)):
+        if 0 <= index[i] < count:
+            for dim in range(waves.shape[0]):
+                for c in range(scores.shape[1]):
+                    out[index[i], dim, c] += waves[dim, i] * scores[i, c]
+    return out
 
 
 def _periods_s(long_s: float) -> list[float]:
