@@ -19,6 +19,7 @@ from identify.diagnose.causes.evidence import (
 )
 from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.innovations import (
+    TOGETHER,
     autoregression_of,
     early_half,
     mean_before,
@@ -35,6 +36,7 @@ from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.axes.motion import Motion
+from identify.estimators.filter.state import VELOCITY
 from identify.ingest.rotation import quaternions_from_euler
 
 
@@ -94,6 +96,20 @@ def test_the_thrust_of_all_thrusters_along_a_course_answers_as_the_thrust_that_t
     exact, held = (yaw.prewhitened(yaw.by_force(means, early)) for early in (force[:, :1], means))
     along = yaw.by_course(course, [course.wrench_of(course.thrust_n)[:, 5]])
     assert np.std(along - exact) < 0.25 * np.std(held - exact)
+
+
+@pytest.mark.parametrize("count", [1, TOGETHER, TOGETHER + 1])
+def test_forces_along_a_course_answer_as_their_means_over_each_step_do(nominal, rows, count):
+    course, rng = nominal.course, np.random.default_rng(2)
+    forces = [rng.standard_normal(len(course.time_s)) for _ in range(count)]
+    for innovations in rows.axes:
+        axis = innovations.problem.axis
+        means = means_before(course.time_s, np.column_stack(forces), axis.before_s, axis.time_s)
+        early = early_half(means, course.time_s, np.column_stack(forces), axis.before_s, axis.time_s)
+        placed = np.any(axis.state_read != VELOCITY)
+        answer = innovations.prewhitened(innovations.by_force(means, early if placed else means))
+        assert np.allclose(innovations.by_course(course, forces, room=2)[:, :count], answer, atol=1e-12)
+        assert np.allclose(innovations.by_course(course, forces), answer, atol=1e-12)
 
 
 def test_readings_that_are_off_add_to_the_innovations_what_their_column_says(rows):

@@ -19,8 +19,13 @@ from identify.diagnose.causes.evidence import Block
 from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.axes.axis import Axis
-from identify.estimators.filter.innovations import responses
-from identify.estimators.filter.state import INCREMENT, POSITION, VELOCITY
+from identify.estimators.filter.innovations import (
+    move_response,
+    push_response,
+    responses,
+    tell_response,
+)
+from identify.estimators.filter.state import INCREMENT, NO_STEP, POSITION, VELOCITY
 from identify.estimators.likelihood.axis import DAMPING, MASS, AxisLikelihood
 from identify.estimators.likelihood.scoring import slopes
 from identify.estimators.timing.lateness import behind_filter
@@ -54,29 +59,41 @@ class Autoregression:
 def _prewhitened(values: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
     """Prewhiten in place from the last rows back, because earlier rows must still hold their values.
 
-    A few rows with those before them are copied end to end, so that a lag is one distance for all columns, and its
-    loop vectorises however few columns there are.
+    A few rows with those before them are copied end to end, zeros before the first, so that a lag is one distance for
+    all columns, and the loop over them vectorises however few columns there are, with all lags at once.
     """
-    width, order = values.shape[1], len(by_lag)
-    lagged, left = np.empty((order + ROWS) * width), np.empty(ROWS * width)
+    if not len(by_lag):
+        return
+    b1, b2, b3, b4, b5, b6, b7, b8, b9, b10 = (
+        by_lag[0], by_lag[1], by_lag[2], by_lag[3], by_lag[4],
+        by_lag[5], by_lag[6], by_lag[7], by_lag[8], by_lag[9],
+    )  # fmt: skip
+    width = values.shape[1]
+    lagged, left = np.empty((ORDER + ROWS) * width), np.empty(ROWS * width)
     for end in range(len(rows), 0, -ROWS):
         start = max(end - ROWS, 0)
-        first = max(start - order, 0)
-        for k in range(end - first):
-            for c in range(width):
-                lagged[k * width + c] = values[rows[first + k], c]
-        offset, size = (start - first) * width, (end - start) * width
-        for at in range(size):
-            left[at] = lagged[offset + at]
-        for lag in range(1, order + 1):
-            without = min(max(lag - start, 0) * width, size)
-            share, later, earlier = (
-                by_lag[lag - 1],
-                left[without:size],
-                lagged[offset - lag * width + without :],
+        for k in range(start - ORDER, end):
+            at = (k - start + ORDER) * width
+            if k < 0:
+                for c in range(width):
+                    lagged[at + c] = 0.0
+            else:
+                for c in range(width):
+                    lagged[at + c] = values[rows[k], c]
+        for at in range((end - start) * width):
+            left[at] = (
+                lagged[at + 10 * width]
+                - b1 * lagged[at + 9 * width]
+                - b2 * lagged[at + 8 * width]
+                - b3 * lagged[at + 7 * width]
+                - b4 * lagged[at + 6 * width]
+                - b5 * lagged[at + 5 * width]
+                - b6 * lagged[at + 4 * width]
+                - b7 * lagged[at + 3 * width]
+                - b8 * lagged[at + 2 * width]
+                - b9 * lagged[at + width]
+                - b10 * lagged[at]
             )
-            for at in range(len(later)):
-                later[at] -= share * earlier[at]
         for k in range(end - start):
             for c in range(width):
                 values[rows[start + k], c] = left[k * width + c]
@@ -197,18 +214,41 @@ class AxisInnovations:
     def by_course(self, course: Course, forces: Sequence[Array], room: int = 0) -> Array:
         """Prewhitened innovations (rows, k) in response to k forces (t,) along a course, as an autopilot's own filter
         shows them; with room for further columns."""
+        parts = [
+            self._by_course(course, forces[first : first + TOGETHER])
+            for first in range(0, len(forces), TOGETHER)
+        ]
+        if len(parts) == 1 and not room:
+            return parts[0]
+        out = np.empty((len(self.std), len(forces) + room))
+        for k, part in enumerate(parts):
+            out[:, k * TOGETHER : k * TOGETHER + part.shape[1]] = part
+        return out
+
+    def _by_course(self, course: Course, forces: Sequence[Array]) -> Array:
         axis = self.problem.axis
+        columns = behind_filter(_as_columns(np.array(forces)), course.step_s, axis.smoothing_s)
         # Velocities show the area of a force alone.
         placed = bool(np.any(axis.state_read != VELOCITY))
-        out = np.empty((len(self.std), len(forces) + room))
-        for first in range(0, len(forces), TOGETHER):
-            some = slice(first, first + TOGETHER)
-            columns = _as_columns(np.array(forces[some]))
-            smooth = behind_filter(columns, course.step_s, axis.smoothing_s)
-            means = means_before(course.time_s, smooth, axis.before_s, axis.time_s)
-            early = early_half(means, course.time_s, smooth, axis.before_s, axis.time_s) if placed else None
-            out[:, first : first + means.shape[1]] = self.prewhitened(self.by_force(means, early))
-        return out
+        return self.prewhitened(
+            np.asarray(
+                _responses_along(
+                    self.table,
+                    self.problem.step,
+                    float(course.time_s[0]),
+                    course.step_s,
+                    columns,
+                    axis.before_s,
+                    axis.time_s,
+                    placed,
+                    self.read,
+                    axis.state_read,
+                    self.gain,
+                    self.std,
+                    axis.is_coloured,
+                )
+            )
+        )
 
     def block(self, acts: Sequence[Act], pushes: Sequence[Push], course: Course) -> Block:
         """Response of the axis' rows to each act and its force; acts without any response are left out."""
@@ -315,27 +355,84 @@ def _last(began_s: float, step_s: float, count: int, at_s: float) -> tuple[int, 
 
 @njit(cache=True, nogil=True)
 def _mean_of_each(began_s: float, step_s: float, values: Array, start_s: Array, end_s: Array) -> Array:
-    count, width = values.shape
-    out = np.zeros((len(start_s), width))
+    out = np.zeros((len(start_s), values.shape[1]))
     for k in range(len(start_s)):
-        span_s = end_s[k] - start_s[k]
-        if span_s > 0:
-            i, early_s = _last(began_s, step_s, count, start_s[k])
-            j, late_s = _last(began_s, step_s, count, end_s[k])
-            by_i, by_j = 0.5 * early_s**2 / step_s, 0.5 * late_s**2 / step_s
-            # Of the trapezoids between i and j, each end has half a step.
-            ends_s = 0.5 * step_s if i < j else 0.0
-            per_s = 1.0 / span_s
-            before_i, at_i = by_i * per_s, (ends_s - early_s - by_i) * per_s
-            before_j, at_j = -by_j * per_s, (ends_s + late_s + by_j) * per_s
-            for c in range(width):
-                out[k, c] = (
-                    before_i * values[i - 1, c]
-                    + at_i * values[i, c]
-                    + at_j * values[j, c]
-                    + before_j * values[j - 1, c]
-                )
-            for at in range(i + 1, j):
-                for c in range(width):
-                    out[k, c] += step_s * per_s * values[at, c]
+        if end_s[k] > start_s[k]:
+            _mean_between(began_s, step_s, values, start_s[k], end_s[k], out, k)
+    return out
+
+
+@njit(cache=True, inline="always")
+def _mean_between(
+    began_s: float, step_s: float, values: Array, start_s: float, end_s: float, out: Array, row: int
+) -> None:
+    """Fill in a row of means of values (n, k) over an interval that is not empty."""
+    count, width = values.shape
+    i, early_s = _last(began_s, step_s, count, start_s)
+    j, late_s = _last(began_s, step_s, count, end_s)
+    by_i, by_j = 0.5 * early_s**2 / step_s, 0.5 * late_s**2 / step_s
+    # Of the trapezoids between i and j, each end has half a step.
+    ends_s = 0.5 * step_s if i < j else 0.0
+    per_s = 1.0 / (end_s - start_s)
+    before_i, at_i = by_i * per_s, (ends_s - early_s - by_i) * per_s
+    before_j, at_j = -by_j * per_s, (ends_s + late_s + by_j) * per_s
+    for c in range(width):
+        out[row, c] = (
+            before_i * values[i - 1, c]
+            + at_i * values[i, c]
+            + at_j * values[j, c]
+            + before_j * values[j - 1, c]
+        )
+    for at in range(i + 1, j):
+        for c in range(width):
+            out[row, c] += step_s * per_s * values[at, c]
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def _responses_along(
+    table: Array,
+    step: NDArray[np.int64],
+    began_s: float,
+    step_s: float,
+    forces: Array,
+    before_s: Array,
+    time_s: Array,
+    placed: bool,
+    read: NDArray[np.bool_],
+    state_read: NDArray[np.int64],
+    gain: Array,
+    std: Array,
+    coloured: bool,
+) -> Array:
+    """As `responses`, to forces (t, k), at most TOGETHER, at uniform times from `began_s` on: their means over each
+    step and, if `placed`, those of `early_half`, are used as soon as they are made, and never stored."""
+    count = forces.shape[1]
+    out = np.zeros((std.shape[0], count))
+    # Of a length that the compiler knows, which spares it tests whether they overlap.
+    x, mean, early = np.zeros((4, TOGETHER)), np.zeros((1, TOGETHER)), np.zeros((1, TOGETHER))
+    row = 0
+    for i in range(step.shape[0]):
+        if step[i] >= 0:
+            middle_s = 0.5 * (before_s[i] + time_s[i])
+            if time_s[i] > before_s[i]:
+                _mean_between(began_s, step_s, forces, before_s[i], time_s[i], mean, 0)
+            else:
+                mean[:] = 0.0
+            move_response(x, table, step[i], count)
+            if placed and middle_s > before_s[i]:
+                _mean_between(began_s, step_s, forces, before_s[i], middle_s, early, 0)
+                for c in range(count):
+                    early[0, c] = mean[0, c] + (4.0 / 3.0) * (early[0, c] - mean[0, c])
+                push_response(x, table, step[i], mean, early, 0, count)
+            else:
+                push_response(x, table, step[i], mean, mean, 0, count)
+        elif step[i] < NO_STEP:
+            x[:] = 0.0
+        if read[i]:
+            velocity = state_read[i] == VELOCITY
+            tell_response(x, velocity, coloured, gain, i, 1.0 / std[row], out, row, count)
+            row += 1
+        if state_read[i] == INCREMENT:
+            for c in range(count):
+                x[1, c] = 0.0
     return out

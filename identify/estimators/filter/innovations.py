@@ -227,41 +227,84 @@ def responses(
     """
     count = force.shape[1]
     pushed, wrong = len(force) > 0, len(off) > 0
-    out = np.empty((std.shape[0], count))
-    x0, x1, x2, x3 = np.zeros(count), np.zeros(count), np.zeros(count), np.zeros(count)
+    out = np.zeros((std.shape[0], count))
+    x = np.zeros((4, count))
     row = 0
     for i in range(step.shape[0]):
         if step[i] >= 0:
-            t = table[step[i]]
-            t0, t1, t2, t3, t4, t5, t6 = t[0], t[1], t[2], t[3], t[4], t[5], t[6]
-            t33, t03, t13, t23, t32 = t[17], t[19], t[20], t[21], t[22]
-            for c in range(count):
-                a, b, d, s = x0[c], x1[c], x2[c], x3[c]
-                x0[c] = t0 * a + t1 * b + t2 * d + t03 * s
-                x1[c] = t3 * a + t4 * b + t5 * d + t13 * s
-                x2[c] = t6 * d + t23 * s
-                x3[c] = t32 * d + t33 * s
+            move_response(x, table, step[i], count)
             if pushed:
-                first_nu, first_x, to_nu, to_x = t[7] - t[9], t[8] - t[10], 2.0 * t[9], 2.0 * t[10]
-                for c in range(count):
-                    x0[c] += to_nu * force[i, c] + first_nu * early[i, c]
-                    x1[c] += to_x * force[i, c] + first_x * early[i, c]
+                push_response(x, table, step[i], force, early, i, count)
         elif step[i] < NO_STEP:
-            x0[:], x1[:], x2[:], x3[:] = 0.0, 0.0, 0.0, 0.0
+            x[:] = 0.0
         if read[i]:
-            k0, k1, k2, k3, scale = gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3], 1.0 / std[row]
-            velocity = state_read[i] == VELOCITY
-            error = 1.0 if velocity and coloured else 0.0
-            for c in range(count):
-                e = x0[c] + error * x3[c] if velocity else x1[c]
-                if wrong:
-                    e += off[i, c]
-                out[row, c] = scale * e
-                x0[c] -= k0 * e
-                x1[c] -= k1 * e
-                x2[c] -= k2 * e
-                x3[c] -= k3 * e
+            if wrong:
+                for c in range(count):
+                    out[row, c] = off[i, c]
+            tell_response(x, state_read[i] == VELOCITY, coloured, gain, i, 1.0 / std[row], out, row, count)
             row += 1
         if state_read[i] == INCREMENT:
-            x1[:] = 0.0
+            for c in range(count):
+                x[1, c] = 0.0
     return out
+
+
+# Each takes whole arrays and the number of a row: a view of a row for every event costs as much as the row's work.
+
+
+@njit(cache=True, inline="always")
+def move_response(x: Array, table: Array, at: int, count: int) -> None:
+    """Move the responses (4, k) of `count` columns one step."""
+    t = table[at]
+    t0, t1, t2, t3, t4, t5, t6 = t[0], t[1], t[2], t[3], t[4], t[5], t[6]
+    t33, t03, t13, t23, t32 = t[17], t[19], t[20], t[21], t[22]
+    for c in range(count):
+        a, b, d, s = x[0, c], x[1, c], x[2, c], x[3, c]
+        x[0, c] = t0 * a + t1 * b + t2 * d + t03 * s
+        x[1, c] = t3 * a + t4 * b + t5 * d + t13 * s
+        x[2, c] = t6 * d + t23 * s
+        x[3, c] = t32 * d + t33 * s
+
+
+@njit(cache=True, inline="always")
+def push_response(x: Array, table: Array, at: int, force: Array, early: Array, i: int, count: int) -> None:
+    """Add what forces do in a step: by rows i of their means over it, and over its first half."""
+    to_nu, to_x = 2.0 * table[at, 9], 2.0 * table[at, 10]
+    first_nu, first_x = table[at, 7] - table[at, 9], table[at, 8] - table[at, 10]
+    for c in range(count):
+        x[0, c] += to_nu * force[i, c] + first_nu * early[i, c]
+        x[1, c] += to_x * force[i, c] + first_x * early[i, c]
+
+
+@njit(cache=True, inline="always")
+def tell_response(
+    x: Array,
+    velocity: bool,
+    coloured: bool,
+    gain: Array,
+    i: int,
+    scale: float,
+    out: Array,
+    row: int,
+    count: int,
+) -> None:
+    """Update the responses by a reading of gain i that is off by a row of `out`, and fill in the innovations there,
+    times `scale`."""
+    k0, k1, k2, k3 = gain[i, 0], gain[i, 1], gain[i, 2], gain[i, 3]
+    if velocity:
+        error = 1.0 if coloured else 0.0
+        for c in range(count):
+            e = x[0, c] + error * x[3, c] + out[row, c]
+            out[row, c] = scale * e
+            x[0, c] -= k0 * e
+            x[1, c] -= k1 * e
+            x[2, c] -= k2 * e
+            x[3, c] -= k3 * e
+    else:
+        for c in range(count):
+            e = x[1, c] + out[row, c]
+            out[row, c] = scale * e
+            x[0, c] -= k0 * e
+            x[1, c] -= k1 * e
+            x[2, c] -= k2 * e
+            x[3, c] -= k3 * e
