@@ -205,11 +205,18 @@ def test_gradient_and_information_are_those_of_what_forces_noise_and_disturbance
     shares = np.array([1.0, 1.0 + STEP, 1.0])
     added = np.random.default_rng(2).normal(0, 1, (len(events.step), 2))
     noise, further = np.sqrt(events.variance), np.array([1.0, 1.0, 1.0 + STEP])
+    # A factor on one of two shapes, and the logarithm of a mass of 2.5 kg.
+    shapes, coriolis = np.column_stack([added[:, 1], added[:, 0]]), np.zeros((len(added), 6))
+    coriolis[:, 4] = added[:, 1] / 2.5
     gradient, information = gradient_and_information(
         np.array([table_of(model, share) for share in shares]),
         events.step,
         events.force,
-        added,
+        shapes,
+        np.array([1]),
+        coriolis,
+        np.array([4]),
+        np.array([2.5]),
         events.reading,
         events.state,
         further[:, None] ** 2,

@@ -53,7 +53,11 @@ def gradient_and_information(
     tables: Array,
     step: Indices,
     force: Array,
-    columns: Array,
+    shapes: Array,
+    shapes_used: Indices,
+    coriolis: Array,
+    dofs: Indices,
+    masses: Array,
     reading: Array,
     state_read: Indices,
     variances: Array,
@@ -69,11 +73,12 @@ def gradient_and_information(
 
     There are c runs, the first at theta and each other with one parameter STEP larger. For each run: tables (c,
     steps, COLUMNS) of `transitions`, variances (c, channels) of the readings' noise, sigma_d (c,) and sigma_s (c,).
-    columns (n, k): the force of a unit of each linear parameter. channel (n,) of each reading, and scale (n,), the
-    factor on its noise. The other arguments are those of `innovations`, without a gate, and of a single run: initial
-    (4,). c and k are at most LANES.
+    The k linear parameters are factors on the shapes (n, j) of force with the numbers `shapes_used`, then logarithms of
+    masses (m,), which act by the columns `dofs` (m,) of coriolis (n, 6). channel (n,) of each reading, and scale (n,),
+    the factor on its noise. The other arguments are those of `innovations`, without a gate, and of a single run:
+    initial (4,). c and k are at most LANES.
     """
-    runs, linear = tables.shape[0], columns.shape[1]
+    runs, shaped, linear = tables.shape[0], len(shapes_used), len(shapes_used) + len(dofs)
     if max(runs, linear) > LANES:
         raise ValueError("more runs or linear parameters than LANES")
     run_lanes, linear_lanes = _padded(runs), _padded(linear)
@@ -98,8 +103,10 @@ def gradient_and_information(
     for i in range(step.shape[0]):
         if step[i] >= 0:
             _move(table[step[i]], mean, cov, force[i, 0], force[i, 1], run_lanes)
-            for c in range(linear):
-                push[c] = columns[i, c]
+            for c in range(shaped):
+                push[c] = shapes[i, shapes_used[c]]
+            for c in range(len(dofs)):
+                push[shaped + c] = coriolis[i, dofs[c]] * masses[c]
             _move_response(tables[0, step[i]], response, push, linear_lanes)
         if np.isfinite(reading[i]):
             read, variance, share = reading[i], noise[channel[i]], scale[i] * scale[i]

@@ -106,7 +106,15 @@ class AxisLikelihood:
         noise, trims = self.noise_index, self.axis.trims
         curved = [*range(FORCES), *range(noise, len(theta))]
         runs = np.vstack([theta, theta + STEP * np.eye(len(theta))[curved]])
-        tables = [self.transition_table(point) for point in runs]
+        table, noises = self.transition_table(theta), range(noise, self.white_index)
+        tables = [
+            table,
+            # The noise of a reading moves nothing.
+            *(
+                table if at in noises else self.transition_table(point)
+                for at, point in zip(curved, runs[1:], strict=True)
+            ),
+        ]
         if self.damped != "linear":
             # Quadratic damping acts twice: as a force at the expected speed, and as a slope about that speed.
             runs = np.vstack([runs, theta])
@@ -130,23 +138,29 @@ class AxisLikelihood:
 
         Of the linear parameters come its own trim, the other shapes and the log masses of `dofs`.
         """
-        axis, force, trims = self.axis, self.mean_force(theta), self.axis.trims
-        shapes, coriolis = self.by_theta(theta), axis.coriolis[:, list(dofs)] * self.masses[list(dofs)]
+        axis, force, trims, by_theta = (
+            self.axis,
+            self.mean_force(theta),
+            self.axis.trims,
+            self.by_theta(theta),
+        )
+        of_masses = np.array(dofs, dtype=np.int64)
         noise = self._variances(points[:, self.noise_index : self.white_index])
         disturbance, fourth = np.ascontiguousarray(
             np.array([self.hidden_levels(point)[:2] for point in points]).T
         )
-        for k, (run, trim, (used, at)) in enumerate(
+        for k, (run, trim, (of_run, at)) in enumerate(
             zip(axis.runs, axis.trim_of_run, self._steps_of_runs, strict=True)
         ):
             # Of one layout in memory each: the compiler makes the kernel anew for every other.
-            rows = np.ascontiguousarray(tables[:, used])
-            columns = np.ascontiguousarray(
-                np.hstack([shapes[run, trim : trim + 1], shapes[run, trims:], coriolis[run]])
+            rows, shapes, coriolis = map(
+                np.ascontiguousarray, (tables[:, of_run], by_theta[run], axis.coriolis[run])
             )
+            used = np.array([trim, *range(trims, by_theta.shape[1])], dtype=np.int64)
             yield gradient_and_information(
-                rows, at, force[run], columns, self.reading[run], axis.state_read[run], noise, axis.channel[run],
-                axis.scale[run], disturbance, fourth, axis.is_coloured, axis.initial[k],
+                rows, at, force[run], shapes, used, coriolis, of_masses, self.masses[of_masses],
+                self.reading[run], axis.state_read[run], noise, axis.channel[run], axis.scale[run], disturbance,
+                fourth, axis.is_coloured, axis.initial[k],
             )  # fmt: skip
 
     def speed(self, theta: Array) -> Array:
