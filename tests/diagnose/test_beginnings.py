@@ -16,8 +16,9 @@ from identify.challenge.vehicles import LAG_S
 from identify.diagnose.accepted import _effect, none_accepted
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
-from identify.diagnose.causes.onset import unsought, with_beginnings
+from identify.diagnose.causes.onset import _Residual, unsought, with_beginnings
 from identify.diagnose.causes.shafts import Search
+from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.diagnose import is_earlier
 from identify.diagnose.filters.nominal import refitted
 from identify.diagnose.result import Finding, plain_effect
@@ -71,6 +72,24 @@ def test_a_thruster_that_breaks_in_a_dive_is_named_with_when_and_how_much(broken
     assert cause.key == ("weak_thruster", 2)
     assert cause.effect.since_s == pytest.approx(70.0, abs=1.5)
     assert cause.values[0] == pytest.approx(0.1, abs=0.1)
+
+
+def test_a_stretch_saves_what_its_column_does_once_the_known_ones_are_taken_out_and_nothing_new_saves_nothing(
+    broken,
+):
+    weighing = weighing_of(broken, LIBRARY)
+    fit = weighing.fitted([Cause(weak(1), np.array([0.9]))])
+    residual, course = _Residual.of(weighing, fit, fit, 5.0), broken.course
+    act, stretch = Cause(weak(2), TENTH).act(course), (np.intp(3000), np.intp(5000))
+    index = np.arange(len(course.time_s))
+    within = (index >= stretch[0]) & (index < stretch[1])
+    column = weighing.rows.columns([act.each(lambda part: within[:, None] * part)], course)
+    beyond = (column - residual.known.times(residual.free @ residual.known.crossed(column)))[:, 0]
+    nats, best = residual._best([stretch], act)
+    assert best == stretch
+    assert nats == pytest.approx(0.5 * (residual.left @ beyond) ** 2 / (beyond @ beyond))
+    known_already, _ = residual._best([(np.intp(0), np.intp(len(index)))], fit.causes[0].act(course))
+    assert known_already < 0.1
 
 
 def test_a_thruster_that_was_weak_all_along_has_no_beginning(nominal):

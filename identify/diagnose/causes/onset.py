@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from bridge.arrays import Array
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
-from identify.diagnose.causes.evidence import Blocks, inverse
+from identify.diagnose.causes.evidence import NOTHING_NEW, Blocks, inverse
 from identify.diagnose.causes.ranking import ranked_candidates
 from identify.diagnose.causes.requirement import (
     BEGINNING_NATS,
@@ -232,12 +232,14 @@ def _from_then_on(values: Array) -> Array:
 
 @dataclass(frozen=True)
 class _Residual:
-    """What some causes leave of a dive, `left` (rows,), and the columns `known` to be projected out, with `free`, the
-    inverse of their square. least_nats: what a further cause must save in sample to be worth a look."""
+    """What some causes leave of a dive, `left` (rows,), and the columns `known` to be projected out, with their
+    `square`, and `free`, its inverse with the prior precision. least_nats: what a further cause must save in sample to
+    be worth a look."""
 
     weighing: Weighing
     left: Array
     known: Blocks
+    square: Array
     free: Array
     least_nats: float
     start_s: float
@@ -248,11 +250,12 @@ class _Residual:
         rows = weighing.rows
         known = rows.nuisance.with_columns(rows.nuisance.blocks_of(some.slopes))
         precision = np.concatenate([rows.nominal_precision, np.zeros(some.slopes.shape[1])])
-        free = inverse(known.square() + np.diag(precision))
+        square = known.square()
+        free = inverse(square + np.diag(precision))
         left = some.value - known.times(free @ known.crossed(some.value[:, None]))[:, 0]
         instead = 0.5 * (some.residual_squares - every.residual_squares)
         least_nats = BEGINNING_NATS + (LEAST_GAIN if some is every else instead)
-        return cls(weighing, left, known, free, least_nats, start_s)
+        return cls(weighing, left, known, square, free, least_nats, start_s)
 
     @property
     def course(self) -> Course:
@@ -340,13 +343,23 @@ class _Residual:
         """The most nats that an act of any size saves in sample over one of these stretches, and that stretch."""
         index = np.arange(len(self.course.time_s))
         within = [((index >= begin) & (index < end))[:, None] for begin, end in at]
-        columns = self.weighing.rows.columns(
+        columns = self.weighing.rows.blocks(
             [act.each(partial(np.multiply, each)) for each in within], self.course
         )
-        columns = columns - self.known.times(self.free @ self.known.crossed(columns))
-        nats = 0.5 * (self.left @ columns) ** 2 / np.maximum(np.sum(columns**2, axis=0), 1e-300)
+        # All by products: the columns are zero in most axes, and what is left of them once the known ones are
+        # projected out is in none.
+        (by_known,) = self.known.products_between(columns, np.zeros(len(self.left), dtype=np.intp))
+        taken, squares = self.free @ by_known, np.diag(columns.square())
+        beyond = squares + np.sum(taken * (self.square @ taken - 2.0 * by_known), axis=0)
+        saved = columns.crossed(self.left[:, None])[:, 0] - self._left_by_known @ taken
+        nats = 0.5 * saved**2 / np.maximum(beyond, np.maximum(NOTHING_NEW * squares, 1e-300))
         best = int(np.argmax(nats))
         return float(nats[best]), at[best]
+
+    @cached_property
+    def _left_by_known(self) -> Array:
+        """Products (m,) of the known columns with what is left."""
+        return self.known.crossed(self.left[:, None])[:, 0]
 
     @cached_property
     def _scores(self) -> list[Array]:
