@@ -62,11 +62,13 @@ def test_the_form_of_a_cause_asks_more_of_a_further_one_only_where_both_show(nom
         Cause(QUADRATIC_DRAG, size * np.eye(6)[dof]) for size, dof in ((5000, 0), (500, 5), (2000, 0))
     )
     fit = replace(weighing.fitted(()), causes=(drag,), motion_nats=1e9)
-    itself = FormRemainder(weighing, fit).overlap(drag)
+    remainder = FormRemainder(weighing, fit)
+    itself = remainder.overlap(drag)
     for size in (1.0, 1e-6):
         other = Cause(QUADRATIC_DRAG, size * slowing.values)
-        assert FormRemainder(weighing, fit).overlap(other) == pytest.approx(itself)
-    assert FormRemainder(weighing, fit).overlap(turning) < 0.05 * itself
+        assert remainder.overlap(other) == pytest.approx(itself)
+    assert remainder.overlap(turning) < 0.05 * itself
+    assert remainder.overlap(turning) == FormRemainder(weighing, fit).overlap(turning)
 
 
 def with_drag(nominal, bent=None):

@@ -14,7 +14,7 @@ from identify.diagnose.causes.evidence import (
     Blocks,
     inverse,
 )
-from identify.diagnose.causes.weighing import Fitted, Weighing
+from identify.diagnose.causes.weighing import Fitted, Key, Weighing, key_of
 from identify.diagnose.filters.regression import Regression
 
 
@@ -26,13 +26,22 @@ class FormRemainder:
     fit: Fitted
 
     def overlap(self, cause: Cause) -> float:
-        """Nats of the fit's causes that a further cause could share, in the same axes and pieces."""
-        return self._shared(self._in_cells(self._nominal, [cause])[0], self._cells_of_fit)
+        """Nats of the fit's causes that a further cause could share, in the same axes and pieces; kept, because it is
+        asked for several times."""
+        key = key_of(cause)
+        if key not in self._overlaps:
+            shared = self._shared(self._in_cells(self._nominal, [cause])[0], self._cells_of_fit)
+            self._overlaps[key] = shared
+        return self._overlaps[key]
 
     def saved_overlap(self, cause: Cause) -> float:
         """Nats saved by other forms of the causes that a further cause could share, with its own share of these forms
         projected out."""
         return self._shared(self._in_cells(self._all, [cause])[0], self._saved_cells)
+
+    @cached_property
+    def _overlaps(self) -> dict[Key, float]:
+        return {}
 
     @cached_property
     def _cells_of_fit(self) -> Array:
