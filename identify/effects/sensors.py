@@ -142,8 +142,9 @@ def _gyro_scale(course: Course, values: Array) -> Act:
 
 
 def _turns_round(course: Course, _: Array) -> bool:
-    """Whether the heading goes all the way round: over less than that a compass' deviation does the same."""
-    return float(np.ptp(np.unwrap(course.euler[:, 2]))) >= 2.0 * np.pi
+    """Whether the heading goes three quarters of a turn round: over less, the four coefficients of a compass' deviation
+    take up nine tenths of what a scale does."""
+    return float(np.ptp(np.unwrap(course.euler[:, 2]))) >= 1.5 * np.pi
 
 
 GYRO_SCALE = Effect(

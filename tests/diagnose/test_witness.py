@@ -6,15 +6,19 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from fakes.planted import diagnosed, planted_nominal
+from scipy.spatial.transform import Rotation
 
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.filters.regression import regression_of
 from identify.diagnose.filters.witnesses import _accelerometer, weighed_witness, witnesses
 from identify.diagnose.words.causes import cause_line
 from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE_SHIFTED, thruster_lag
+from identify.effects.effect import Act
 from identify.effects.rigid_body import THRUST_BIAS
 from identify.effects.sensors import GYRO_BIAS, GYRO_SCALE, IMU_GRAVITY_LEAK
+from identify.ingest.rotation import euler_angles
 
 SUSPECTS = COMMAND_DELAY, GYRO_BIAS, GYRO_SCALE
 
@@ -27,6 +31,15 @@ def nominal_with(names, seed=300_901):
 @pytest.fixture(scope="module")
 def case_and_nominal():
     return nominal_with([])
+
+
+@pytest.fixture(scope="module")
+def turning():
+    """A dive that turns round more than once."""
+    case = draw_case(310_000, names=[], seconds=300.0)
+    dive = dive_of(case)
+    assert np.ptp(np.unwrap(euler_angles(dive.attitude.value)[2])) > 2.0 * np.pi
+    return case, dive
 
 
 @pytest.fixture(scope="module")
@@ -66,8 +79,8 @@ def test_a_gyro_that_turns_at_rest_turns_on_beyond_the_heading():
     np.testing.assert_allclose(seen, -5.0 * bias)
 
 
-def test_a_gyro_whose_scale_is_off_is_named_with_its_size_instead_of_a_late_thrust(case_and_nominal):
-    case, dive = case_and_nominal[0], dive_of(case_and_nominal[0])
+def test_a_gyro_whose_scale_is_off_is_named_with_its_size_instead_of_a_late_thrust(turning):
+    case, dive = turning
     scaled = dive.gyro.value * [1.0, 1.0, 1.02]
     changed = dict.fromkeys(("fog",)) | {"gyro": Signal(dive.gyro.time_s, scaled)}
     diagnosis = diagnosed(case, *SUSPECTS, dive=replace(dive, **changed))
@@ -76,6 +89,50 @@ def test_a_gyro_whose_scale_is_off_is_named_with_its_size_instead_of_a_late_thru
     assert finding.cause.values == pytest.approx([1.02], abs=2e-3)
     assert finding.parameters == {}
     assert "Fitted: scale 1.02" in cause_line(finding)
+
+
+def deviated(dive, amplitude_rad, phase_rad):
+    """The dive with a compass that is off by the sine of its heading."""
+    turned = Rotation.from_quat(dive.attitude.value, scalar_first=True).as_euler("ZYX")
+    turned[:, 0] += amplitude_rad * np.sin(turned[:, 0] + phase_rad)
+    value = Rotation.from_euler("ZYX", turned).as_quat(scalar_first=True)
+    return replace(dive, attitude=Signal(dive.attitude.time_s, value))
+
+
+def test_a_compass_that_is_off_by_its_heading_is_told_from_a_gyro_beside_it(turning):
+    case, dive = turning
+    nominal = planted_nominal(case)
+    left = []
+    for each in (dive, deviated(dive, 0.08, 0.7)):
+        (heading,) = of_kind(SimpleNamespace(witnesses=witnesses(each, case.file, nominal.course)), "heading")
+        by_deviation = heading.known @ np.linalg.lstsq(heading.known, heading.off)[0]
+        left.append((np.std(heading.off), np.std(heading.off - by_deviation)))
+    assert left[1][0] > 5.0 * left[0][0]
+    assert left[1][1] < 1.1 * left[0][1]
+
+
+def test_a_compass_deviation_is_a_nuisance_too_where_its_heading_is_among_the_readings(turning):
+    case, dive = turning
+    unheard = dict.fromkeys(("fog", "nu_fb", "tau_pid", "nu_ref"))
+    nominal = planted_nominal(case, dive=replace(dive, **unheard))
+    rows, course = regression_of(nominal.joint, nominal.theta, ()), nominal.course
+    loose, known = rows.with_deviation(course), rows.nuisance.width
+    attitude = np.zeros_like(course.euler)
+    attitude[:, 2] = 0.1 * (np.sin(course.euler[:, 2]) - np.sin(course.euler[0, 2]))
+    (column,) = rows.columns([Act(attitude=attitude)], course).T
+    assert np.any(column)
+    np.testing.assert_allclose(loose.nuisance.dense()[:, known], column, atol=1e-9)
+    np.testing.assert_array_equal(loose.nominal_precision[known:], np.ones(4))
+
+
+@pytest.mark.parametrize(("turned_rad", "possible"), [(4.6, False), (4.8, True), (-4.8, True)])
+def test_a_gyros_scale_shows_over_most_of_a_turn_alone_for_over_less_a_compass_deviation_looks_the_same(
+    honest, turned_rad, possible
+):
+    course = honest.course
+    euler = np.zeros_like(course.euler)
+    euler[:, 2] = np.angle(np.exp(1j * np.linspace(1.0, 1.0 + turned_rad, len(euler))))
+    assert GYRO_SCALE.possible(replace(course, euler=euler), np.array([1.05])) == possible
 
 
 def test_a_dive_with_commands_for_a_few_seconds_alone_has_no_heading_to_compare(case_and_nominal):
