@@ -143,7 +143,7 @@ def _gyro_scale(course: Course, values: Array) -> Act:
 
 def _turns_round(course: Course, _: Array) -> bool:
     """Whether the heading goes three quarters of a turn round: over less, the four coefficients of a compass' deviation
-    take up nine tenths of what a scale does."""
+    take up nine tenths of a scale."""
     return float(np.ptp(np.unwrap(course.euler[:, 2]))) >= 1.5 * np.pi
 
 

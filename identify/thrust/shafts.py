@@ -14,7 +14,7 @@ from identify.thrust.wrench import asked_thrusts, tells_thrusters
 from identify.thrust.wrench_history import WrenchHistory, history_of, lagged_states
 
 STEPS_A_LAG = 8.0
-"""Steps within a lag over which a thrust counts as steady: what that misses is a thousandth of its change."""
+"""Steps within a lag over which a thrust counts as steady: that misses a thousandth of its change."""
 
 
 def wrench_by_shafts(

@@ -233,8 +233,8 @@ def _from_then_on(values: Array) -> Array:
 @dataclass(frozen=True)
 class _Residual:
     """What some causes leave of a dive, `left` (rows,), and the columns `known` to be projected out, with their
-    `square`, and `free`, its inverse with the prior precision. least_nats: what a further cause must save in sample to
-    be worth a look."""
+    `square`, and `free`, its inverse with the prior precision. least_nats: those a further cause must save in sample
+    to be worth a look."""
 
     weighing: Weighing
     left: Array
@@ -358,7 +358,7 @@ class _Residual:
 
     @cached_property
     def _left_by_known(self) -> Array:
-        """Products (m,) of the known columns with what is left."""
+        """Products (m,) of the known columns with the remainder."""
         return self.known.crossed(self.left[:, None])[:, 0]
 
     @cached_property

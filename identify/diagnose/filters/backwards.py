@@ -37,7 +37,7 @@ def scores_of_each(innovations: AxisInnovations, left: Array) -> Array:
 
 @njit(cache=True, nogil=True)
 def _free(freed: Array, left: Array, rows: NDArray[np.intp], by_lag: Array) -> None:
-    """Take off what an autoregression of some rows makes of `left`, the transpose of its prewhitening."""
+    """Take an autoregression of some rows off `left`, as the transpose of its prewhitening does."""
     for k in range(len(rows)):
         for lag in range(1, min(len(by_lag), len(rows) - 1 - k) + 1):
             share, later = by_lag[lag - 1], rows[k + lag]

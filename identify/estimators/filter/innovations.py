@@ -268,7 +268,7 @@ def move_response(x: Array, table: Array, at: int, count: int) -> None:
 
 @njit(cache=True, inline="always")
 def push_response(x: Array, table: Array, at: int, force: Array, early: Array, i: int, count: int) -> None:
-    """Add what forces do in a step: by rows i of their means over it, and over its first half."""
+    """Add the effect of forces in a step: by rows i of their means over it, and over its first half."""
     to_nu, to_x = 2.0 * table[at, 9], 2.0 * table[at, 10]
     first_nu, first_x = table[at, 7] - table[at, 9], table[at, 8] - table[at, 10]
     for c in range(count):

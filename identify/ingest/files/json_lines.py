@@ -27,7 +27,7 @@ Cells = dict[str, Any]
 
 
 def read_json_lines(path: Path) -> Streams:
-    """The objects of a file, a row each; what an object lacks is an empty cell. Raises LogError."""
+    """The objects of a file, a row each; a field that an object lacks is an empty cell. Raises LogError."""
     data, complete = load_bytes(path)
     lines = data.decode("utf-8-sig", errors="replace").splitlines()
     rows: list[Cells] = []
@@ -60,7 +60,7 @@ def read_json_lines(path: Path) -> Streams:
 
 def _cells(value: Any, at: str) -> Iterator[tuple[str, Any]]:
     """The numbers and words of an object by their places, without lists of objects, of lists or of more than
-    LONGEST_LIST. Raises ValueError for what is no object, OverflowError for a number that is none."""
+    LONGEST_LIST. Raises ValueError for anything but an object, OverflowError for a number that is none."""
     if isinstance(value, Mapping):
         for name, inner in value.items():
             yield from _cells(inner, f"{at}.{name}" if at else str(name))
