@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from bridge.vehicle.thrusters import shaft_speed, thrust_curve
 from identify.challenge.case import dive_of, draw_case
+from identify.diagnose.filters.deviation import deviations
 from identify.diagnose.filters.regression import regression_of
 from identify.diagnose.filters.witnesses import _accelerometer, weighed_witness, witnesses
 from identify.diagnose.words.causes import cause_line
@@ -123,6 +124,20 @@ def test_a_compass_deviation_is_a_nuisance_too_where_its_heading_is_among_the_re
     assert np.any(column)
     np.testing.assert_allclose(loose.nuisance.dense()[:, known], column, atol=1e-9)
     np.testing.assert_array_equal(loose.nominal_precision[known:], np.ones(4))
+
+
+@pytest.mark.parametrize(("turned_rad", "least", "most"), [(4.71, 0.88, 0.91), (9.42, 0.0, 0.05)])
+def test_over_three_quarters_of_a_turn_a_compass_deviation_takes_up_nine_tenths_of_a_gyros_scale_and_later_hardly_any(
+    turned_rad, least, most
+):
+    """Of the angle by a scale that is off by 3 %, beside a heading that is read to 4 mrad."""
+    heading = np.linspace(0.0, turned_rad, 400)
+    off = 0.03 * (heading - heading.mean()) / 0.004
+    columns = deviations(heading) / 0.004
+    columns -= columns.mean(axis=0)
+    size = np.linalg.solve(columns.T @ columns + np.eye(4), columns.T @ off)
+    taken = 1.0 - np.std(off - columns @ size) / np.std(off)
+    assert least < taken < most
 
 
 @pytest.mark.parametrize(("turned_rad", "possible"), [(4.6, False), (4.8, True), (-4.8, True)])

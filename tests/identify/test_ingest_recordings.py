@@ -260,13 +260,15 @@ def test_our_companions_deltas_are_of_the_bodys_origin_and_anothers_of_the_dvl(t
     assert (told.velocity_at_origin, dive.velocity_at_origin) == (has_arrays, False)
 
 
-@pytest.mark.parametrize(("component", "at_origin"), [(191, True), (240, False)])
-def test_the_steps_in_the_log_of_an_autopilot_that_our_companion_asks_are_of_the_bodys_origin(
-    tmp_path, component, at_origin
+@pytest.mark.parametrize(
+    ("component", "asks", "at_origin"), [(191, 4, True), (191, 1, False), (240, 4, False)]
+)
+def test_the_steps_in_the_log_of_an_autopilot_that_our_companion_asks_again_and_again_are_of_the_bodys_origin(
+    tmp_path, component, asks, at_origin
 ):
     steps = {"VISO": ("Qffff", "TimeUS,dt,PosDX,PosDY,PosDZ"), "MAVC": ("QBHf", "TimeUS,SC,Cmd,P1")}
-    records = [("MAVC", 0, component, 512, 148.0)]
-    for k in range(1, 200):
+    records = [("MAVC", 0, component, 512, 148.0)] * asks
+    for k in range(1, 2800):
         records.append(("ATT", 50_000 * k, 0, 0, 0))
         records.append(("IMU", 50_000 * k, 0, 0.0, 0.0, 0.1, 0.0, 0.0, -9.81))
         records.append(("VISO", 50_000 * k + 1, 0.05, 0.01, 0.0, 0.0))

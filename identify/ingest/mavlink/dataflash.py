@@ -33,6 +33,8 @@ DOWNWARD, IN_RANGE = 25, 4
 BAROMETERS, RECEIVERS, SOUNDERS = range(3), range(2), range(10)
 FEWEST_PRESSURES = 20
 PA_PER_M = 9810.0
+ASKED_WITHIN_S = 60.0
+"""Our companion has asked at least so often in any log: it asks twice as often, and a link may lose half of that."""
 RISE_OFF = 0.5
 """How far the rise of a pressure with the autopilot's depth may be off that of fresh water: that depth is smoothed, and
 its steps were up to 43 % too large where thrust came late."""
@@ -81,11 +83,11 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
         raise LogError("holds no attitude, motion or thruster records; log more with LOG_BITMASK", path)
     counts = {log.formats[kind].name: len(positions) for kind, positions in log.starts.items()}
     notes = (f"{skipped} of {len(log.data)} bytes are damaged and were skipped.",) if skipped else ()
-    stepped = _steps(log) is not None
+    steps = _steps(log)
     fields = {
         **signals,
-        "velocity_is_filtered": "velocity" in signals and not stepped,
-        "velocity_at_origin": stepped and _hears_our_companion(log),
+        "velocity_is_filtered": "velocity" in signals and steps is None,
+        "velocity_at_origin": steps is not None and _are_of_our_companion(log, steps),
         "motors": ARDUSUB.motors_of(parameters.get(ARDUSUB.frame, math.nan)),
         "counts": counts,
         "notes": notes,
@@ -263,9 +265,9 @@ def _steps(log: _Log) -> Signal | None:
     return steps if steps is not None and (steps.value[:, 0] > 0).any() else None
 
 
-def _hears_our_companion(log: _Log) -> bool:
-    """Whether our companion speaks to the autopilot, so that the steps are its own: twice a minute it asks for the
-    version (MAVC)."""
+def _are_of_our_companion(log: _Log, steps: Signal) -> bool:
+    """Whether these steps are of our companion, which asks the autopilot for its version twice a minute (MAVC); other
+    programs with its component ask once."""
     bodies = log.bodies("MAVC")
     if bodies is None or not {"SC", "Cmd", "P1"} <= bodies[1].keys():
         return False
@@ -273,7 +275,8 @@ def _hears_our_companion(log: _Log) -> bool:
     asks = (body["Cmd"] == dialect.MAV_CMD_REQUEST_MESSAGE) & (
         body["P1"] == dialect.MAVLINK_MSG_ID_AUTOPILOT_VERSION
     )
-    return bool((asks & (body["SC"] == dialect.MAV_COMP_ID_ONBOARD_COMPUTER)).any())
+    count = np.count_nonzero(asks & (body["SC"] == dialect.MAV_COMP_ID_ONBOARD_COMPUTER))
+    return bool(count >= max((steps.time_s[-1] - steps.time_s[0]) / ASKED_WITHIN_S, 1.0))
 
 
 def _pressure(log: _Log, depth: Signal | None) -> Signal | None:
