@@ -6,11 +6,12 @@ from typing import Final
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
+from bridge.firmware.description import Firmware
 from bridge.links.link import Link
 from bridge.wire.framing import Encoder, Frame, Framer, decode
 from bridge.wire.readings import Reading
 from bridge.wire.readings import decode as decode_reading
-from gcs_plugin.peers import GROUND_STATION, Peers, Reception
+from gcs_plugin.peers import GROUND_STATION, Peers, Reception, heartbeat_read
 from gcs_plugin.watch.channels import heard
 
 POLL_S: Final = 0.05
@@ -24,10 +25,11 @@ FROM_AUTOPILOT: Final = {
 
 @dataclass(frozen=True, slots=True)
 class Arrival:
-    """A reading and when it arrived, by the ground's clock."""
+    """A reading, when it arrived, by the ground's clock, and the component that sent it."""
 
     time_s: float
     reading: Reading
+    component: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +59,12 @@ class Observed:
     ended_s: float = 0.0
     unix_s: float = 0.0
 
+    @property
+    def firmware(self) -> Firmware | None:
+        """The firmware of the autopilot that was heard, None without one that is supported."""
+        beats = (heartbeat_read(each.reading.values, each.time_s) for each in self.arrivals.get("alive", []))
+        return next((beat.firmware for beat in beats if beat.firmware is not None), None)
+
     def take(self, frame: Frame, now_s: float) -> None:
         self.frames += 1
         reading = decode_reading(frame)
@@ -64,7 +72,7 @@ class Observed:
             values = next((value for signal, _, value in heard(frame, None) if signal == wanted), None)
             reading = None if values is None else Reading(wanted, now_s, values)
         if reading is not None and frame.system != GROUND_STATION[0]:
-            self.arrivals.setdefault(reading.signal, []).append(Arrival(now_s, reading))
+            self.arrivals.setdefault(reading.signal, []).append(Arrival(now_s, reading, frame.component))
         if frame.message_id == dialect.MAVLINK_MSG_ID_TIMESYNC:
             message = decode(frame)
             if message is not None and message.tc1 != 0 and frame.system != GROUND_STATION[0]:

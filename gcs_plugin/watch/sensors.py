@@ -12,11 +12,10 @@ from typing import Final
 from bridge.firmware.description import Firmware
 from bridge.vehicle.config import Vehicle
 from bridge.wire.readings import Values
-from gcs_plugin.doctor.checks import CONTRACT, RATE_TOLERANCE
+from gcs_plugin.doctor.checks import CONTRACT, RATE_TOLERANCE, least_hz
 from gcs_plugin.watch.channels import Channel
 from gcs_plugin.watch.picture import STALE_PERIODS, Condition, Freshness, SensorRow, freshness, period_s
 
-COMPANION: Final = 191  # a bridge next to an autopilot keeps to the contract
 LEAST_NORM, MOST_NORM = 0.9, 1.1  # squared norm of an attitude quaternion
 LEAST_PRESSURE_PA: Final = 30_000.0  # less than the air pressure at any lake
 LEAST_VOLTAGE: Final = 0.85
@@ -67,10 +66,7 @@ _EXPECTED: Final = {expected.signal: expected for expected in CONTRACT}
 
 def expected_hz(signal: str, vehicle: Vehicle | None, component: int, firmware: Firmware | None) -> float:
     """Least rate of a signal from this component, beside an autopilot with this firmware or none."""
-    row = _EXPECTED[signal]
-    device = None if vehicle is None else vehicle.sensors.present().get(row.device)
-    hz = row.least_hz if device is None or not device.rate_hz else min(row.least_hz, device.rate_hz)
-    return min(hz, firmware.least_hz) if firmware is not None and component != COMPANION else hz
+    return least_hz(_EXPECTED[signal], vehicle, component, firmware)
 
 
 def is_expected(signal: str, vehicle: Vehicle | None) -> bool:

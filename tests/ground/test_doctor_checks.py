@@ -172,6 +172,19 @@ def test_beside_an_autopilot_its_pulses_and_the_dvl_in_its_form_are_heard_and_a_
     assert result["loss"].sentence.endswith("frames of system 1, component 1 arrived")
 
 
+@pytest.mark.parametrize(
+    ("component", "advice"), [(1, ""), (191, ", at least 10 Hz is needed; check its settings")]
+)
+def test_an_autopilots_own_messages_may_be_as_seldom_as_any_ground_station_asks_for_them(
+    talker, component, advice
+):
+    """ArduSub sends a ground station its pulses at a few hertz; its companion keeps to the contract."""
+    talker.encoder = Encoder(1, component)
+    ardusub = float(dialect.MAV_AUTOPILOT_ARDUPILOTMEGA)
+    talker.rates.update(alive=(1.0, (0.0, 12.0, ardusub)), pwm=(4.0, RATES["pwm"][1]))
+    assert examined(talker)["pwm"].sentence == f"thruster commands: 4.0 Hz{advice}"
+
+
 def test_an_autopilot_that_does_not_know_its_date_is_not_said_to_be_decades_behind(talker):
     talker.rates.pop("clock")
     read = talker.read
@@ -226,7 +239,7 @@ def feels(*force):
         (
             lambda t: t.rates.update(imu=(5.0, RATES["imu"][1])),
             "imu",
-            "IMU: 5.0 Hz, the contract asks for 25; check its settings",
+            "IMU: 5.0 Hz, at least 25 Hz is needed; check its settings",
         ),
         (
             lambda t: t.rates.update(dvl=(8.0, (math.nan,) * 4)),
