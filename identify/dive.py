@@ -35,6 +35,12 @@ class Note(str):
         return str(self), self.kind
 
 
+BURST = 0.1
+"""Part of an interval between readings within which another comes in the same burst, or is a copy."""
+BETWEEN_BURSTS = 0.9
+"""Quantile of the intervals of a signal that is one between readings, with up to nine of them in a burst."""
+
+
 @dataclass(frozen=True)
 class Signal:
     """Samples of one quantity: `time_s` (n,) rising boot time in s, `value` (n, k) in SI units.
@@ -60,6 +66,14 @@ class Signal:
         step_s = np.diff(self.time_s)
         step_s = step_s[step_s > 0]
         return float(1.0 / np.median(step_s)) if len(step_s) else 0.0
+
+    @property
+    def counted_hz(self) -> float:
+        """`rate_hz`, but of samples that come in bursts the mean rate, as a crew would count them."""
+        step_s = np.diff(self.time_s)
+        step_s = step_s[step_s > 0]
+        in_bursts = len(step_s) > 0 and np.median(step_s) < BURST * np.quantile(step_s, BETWEEN_BURSTS)
+        return float(1.0 / np.mean(step_s)) if in_bursts else self.rate_hz
 
     def between(self, start_s: float, end_s: float) -> "Signal":
         keep = (self.time_s >= start_s) & (self.time_s < end_s)

@@ -119,13 +119,13 @@ def signals(dive: Dive) -> Table:
         (
             SIGNAL_WORDS.get(name, name),
             cells.count(len(signal)),
-            cells.significant(signal.rate_hz, unit="Hz") if len(signal) > 1 else MISSING,
+            cells.significant(signal.counted_hz, unit="Hz") if len(signal) > 1 else MISSING,
             _longest_gap(signal, dive),
             _unknown_share(signal),
         )
         for name, signal in dive.signals().items()
     )
-    columns = ("Signal", "Samples", "Median rate", "Longest gap", "Unknown")
+    columns = ("Signal", "Samples", "Rate", "Longest gap", "Unknown")
     return Table(
         columns, rows, "Signals as recorded. Unknown: samples in which the vehicle said that it did not know."
     )

@@ -450,6 +450,15 @@ def test_a_table_whose_readings_stand_three_times_over_is_read_once_each_and_sho
     assert shown.rate_hz == pytest.approx(6.0, rel=0.02)
 
 
+def test_commands_that_arrive_five_at_once_are_counted_by_all_and_steady_ones_by_their_usual_step():
+    five_at_once = (np.arange(100.0)[:, None] * 0.25 + np.arange(5) * 1e-4).ravel()
+    burst = Signal(five_at_once, np.zeros((500, 1)))
+    assert (burst.rate_hz, burst.counted_hz) == pytest.approx((1e4, 499 / five_at_once[-1]))
+    paused = np.concatenate([np.arange(100.0), 500.0 + np.arange(100.0)]) / 20.0
+    assert Signal(paused, np.zeros((200, 1))).counted_hz == pytest.approx(20.0)
+    assert Signal(np.zeros(2), np.zeros((2, 1))).counted_hz == 0.0
+
+
 TWENTY_HZ_S = np.arange(0.0, 60.0, 0.05)
 FLIPS = np.where(np.arange(len(TWENTY_HZ_S)) % 2, 40.0, -40.0)
 CALM = 20.0 * np.sin(0.5 * TWENTY_HZ_S)

@@ -184,14 +184,15 @@ def _signal(name: str, signal: Signal, breaks_s: Array) -> dict[str, Any]:
     """A signal's samples, rate and gaps; between two runs there is no gap, and an axis never read is not unknown."""
     in_a_run = np.diff(np.searchsorted(breaks_s, signal.time_s)) == 0
     steps = np.diff(signal.time_s)[in_a_run]
-    usual = 1.0 / signal.rate_hz if signal.rate_hz else 0.0
+    hz = signal.counted_hz
+    usual = 1.0 / hz if hz else 0.0
     gaps = steps[steps > max(GAP_PERIODS * usual, SHORTEST_GAP_S)]
     known = np.isfinite(signal.value)
     unknown = ~known[:, known.any(axis=0)].all(axis=1)
     return {
         "name": name,
         "samples": len(signal),
-        "rate_hz": signal.rate_hz,
+        "rate_hz": hz,
         "gaps": len(gaps),
         "longest_gap_s": float(gaps.max(initial=0.0)),
         "unknown_percent": 100.0 * float(unknown.mean()) if len(signal) else 0.0,

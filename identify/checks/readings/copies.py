@@ -14,13 +14,9 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from identify.dive import Dive, Signal
+from identify.dive import BETWEEN_BURSTS, BURST, Dive, Signal
 from identify.words import listed
 
-BEHIND: Final = 0.1
-"""Part of an interval between readings within which one that says the same is a copy."""
-READINGS: Final = 0.9
-"""Quantile of the intervals of a signal that is one between readings, with each there up to nine times in all."""
 LEAST_SHARE: Final = 0.8
 """Least share of runs of equal values that have the same length: lost readings and chance make a few others."""
 FEWEST_RUNS: Final = 20
@@ -67,7 +63,7 @@ def _copies(signal: Signal) -> NDArray[np.bool_]:
     steps_s = np.diff(signal.time_s)
     before, after = signal.value[:-1], signal.value[1:]
     same = ((before == after) | (np.isnan(before) & np.isnan(after))).all(axis=1)
-    soon = steps_s < BEHIND * np.quantile(steps_s, READINGS)
+    soon = steps_s < BURST * np.quantile(steps_s, BETWEEN_BURSTS)
     if soon.any() and np.mean(~same[soon]) > MOST_CHANGES * np.mean(~same[~soon]):
         return np.zeros(len(signal), np.bool_)
     return np.concatenate([[False], same & soon])

@@ -8,7 +8,7 @@ import numpy as np
 
 from bridge.arrays import Array
 from bridge.errors import LogError
-from identify.checks.readings.copies import BEHIND, READINGS
+from identify.dive import Signal
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import ColumnMap
 from identify.ingest.mapping.signals import clock_of
@@ -63,18 +63,13 @@ def _words(stream: Stream, field: str) -> Profile:
 
 
 def _rate_hz(stream: Stream, cells: Array, columns: ColumnMap) -> float:
-    """Rate of the known samples, the usual one, or of those that come in bursts the mean; 0 if the map's time is none
-    here."""
+    """Rate of the known samples; 0 if the map's time is none here."""
     try:
         time_s = clock_of(stream, columns.time, Path(stream.name), {}).time_s
     except LogError:
         return 0.0
-    steps_s = np.diff(np.unique(time_s[np.isfinite(cells) & np.isfinite(time_s)]))
-    if not len(steps_s):
-        return 0.0
-    usual_s = float(np.median(steps_s))
-    is_in_bursts = usual_s < BEHIND * np.quantile(steps_s, READINGS)
-    return 1.0 / float(np.mean(steps_s) if is_in_bursts else usual_s)
+    known_s = np.unique(time_s[np.isfinite(cells) & np.isfinite(time_s)])
+    return Signal(known_s, known_s[:, None]).counted_hz
 
 
 def _course(known: Array) -> tuple[float, ...]:
