@@ -114,6 +114,28 @@ def test_a_form_that_is_true_is_moved_by_no_other_and_widened_by_no_part(weighin
     assert float(np.sqrt(covariance_of(true, fit)[0, 0])) < 1.05 * std
 
 
+def test_parts_that_disagree_widen_the_interval_no_more_beside_a_nuisance_that_a_prior_holds(
+    weighing: Weighing,
+) -> None:
+    """A thrust of unknown scale, say, that acts just as the cause does, and is known to some per cent."""
+    course, rows = weighing.now.course, weighing.rows
+    act = DRAG.act(course)
+    force = rows.columns([act], course)[:, 0]
+    sizes = 1.0 + 0.2 * np.random.default_rng(0).standard_normal(int(rows.piece.max()) + 1)[rows.piece]
+    apart = replace(rows, value=force * sizes)
+    scale = replace(
+        apart,
+        nuisance=rows.nuisance.with_columns(rows.blocks([act], course)),
+        nominal_precision=np.append(rows.nominal_precision, 0.03 * float(force @ force)),
+    )
+    stds = []
+    for of in (apart, scale):
+        fit = replace(weighing, rows=of).fitted((DRAG,))
+        stds.append(float(np.sqrt(covariance_of(replace(weighing, rows=of), fit)[0, 0])))
+    assert stds[1] == pytest.approx(stds[0], rel=0.01)
+    assert stds[0] > 10.0 * float(np.sqrt(fit.covariance[0, 0]))
+
+
 def test_where_the_form_is_another_at_large_sizes_the_interval_is_wide(weighing: Weighing) -> None:
     course = weighing.now.course
     cubic = read(weighing, DRAG.act(course).each(lambda part: part * np.abs(course.nu) / 0.3))

@@ -76,11 +76,15 @@ def _covariance(weighing: Weighing, fit: Fitted, nominal: Blocks) -> Array:
     square = nominal.with_columns(slopes_alone).square() + np.diag(known)
     within = inverse(square)[m:, m:]
     slopes, left = _beyond(nominal, square[:m, :m], fit)
+    # Where priors of masses, dampings and scales tell a parameter too, the rows alone move it by this share of what
+    # they say by themselves.
+    in_all = np.maximum(np.einsum("ni,ni->i", slopes, fit.slopes), 1e-300)
+    share = np.einsum("ni,ni->i", slopes, slopes) / in_all
     between = np.zeros(len(fit.at))
     for k in range(len(fit.causes)):
         of_cause = [i for i, (cause_index, _) in enumerate(fit.at) if cause_index == k]
         for parts in _partitions(weighing, slopes[:, of_cause]):
-            between[of_cause] += between_parts(slopes[:, of_cause], left, parts)
+            between[of_cause] += share[of_cause] ** 2 * between_parts(slopes[:, of_cause], left, parts)
     shift = in_other_forms(weighing, fit, nominal)
     steps = [_step_std(weighing, fit, k, p) for k, p in fit.at]
     late = [weighing.now.stamped_s if fit.causes[k].effect.timing else 0.0 for k, _ in fit.at]
