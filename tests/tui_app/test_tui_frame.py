@@ -30,7 +30,9 @@ def top(app):
     return text(app).splitlines()[0]
 
 
-def test_a_screen_that_is_shown_again_is_styled_anew_only_in_another_theme_and_soon_drawn(monkeypatch):
+def test_a_screen_is_styled_anew_once_it_has_its_size_and_then_only_in_another_theme_and_is_soon_drawn(
+    monkeypatch,
+):
     styled, held_s, delay_update = [], [], App.delay_update
     monkeypatch.setattr(WatchScreen, "update_node_styles", lambda screen, **_: styled.append(screen))
     monkeypatch.setattr(
@@ -39,7 +41,9 @@ def test_a_screen_that_is_shown_again_is_styled_anew_only_in_another_theme_and_s
     begun = []
     played(
         desk(),
-        *(lambda _: begun.extend(styled), "2", "1", lambda _: styled == begun),
+        # Its classes of how it is drawn and of how large it is.
+        *(lambda _: begun.extend(styled), lambda _: len(begun) == 2),
+        *("2", "1", lambda _: styled == begun),
         *("2", "t", "1", lambda _: len(styled) == len(begun) + 1),
     )
     assert set(held_s) == {0.01}

@@ -225,8 +225,9 @@ class StationScreen(Screen[None]):
 
     @on(events.ScreenResume)
     def _style(self, event: events.ScreenResume) -> None:
-        """Find the styles of every widget anew only if the theme is another one: that takes a third of a key's time."""
-        event.refresh_styles, self._styled = self._styled != self.app.theme, self.app.theme
+        """Find the styles of every widget anew only if the theme is another one by now: that takes a third of a key's
+        time."""
+        event.refresh_styles, self._styled = self._styled not in ("", self.app.theme), self.app.theme
 
     @property
     def _station_app(self) -> "SeatrialApp":
