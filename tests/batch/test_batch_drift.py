@@ -5,8 +5,6 @@ from itertools import combinations
 
 import numpy as np
 import pytest
-from scipy.stats import linregress
-from scipy.stats import t as stats_t
 
 from identify.batch.drift import DOUBTED, Story, drift_of, percent
 from identify.batch.rows import Row, Value, doubts_in
@@ -206,6 +204,9 @@ def test_a_line_is_found_exactly_whatever_the_weights():
 
 
 def test_where_dives_differ_far_beyond_their_errors_it_is_the_ordinary_line_with_students_t():
+    from scipy.stats import linregress
+    from scipy.stats import t as stats_t
+
     value = 50 + np.random.default_rng(3).normal(size=8)
     trend, line = fit_trend(days(8), value, np.full(8, 1e-6)), linregress(days(8), value)
     assert trend.slope_per_s == pytest.approx(line.slope)

@@ -6,7 +6,6 @@ import json
 from dataclasses import replace
 
 import pytest
-from scipy.stats import t as stats_t
 from test_batch_drift import DAY_S, START_S, dives
 
 from bridge import exit_codes
@@ -42,6 +41,8 @@ def dive(day, gain, named=True, label=WEAK, **more):
 
 
 def test_a_size_on_a_line_gives_its_slope_and_interval_exactly():
+    from scipy.stats import t as stats_t
+
     (drift,) = effect_drifts([dive(day, 1.0 - 0.02 * day, named=day > 1) for day in range(5)])
     assert (drift.label, drift.parameter, drift.per, drift.named) == (WEAK, "gain", "day", 3)
     assert drift.slope == pytest.approx(-0.02, rel=1e-9)

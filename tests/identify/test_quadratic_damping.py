@@ -7,7 +7,6 @@ import closed_loop
 import network_tasks
 import numpy as np
 import pytest
-from scipy.stats import truncnorm
 
 from bridge.errors import FitError
 from bridge.vehicle.config import Prior
@@ -197,6 +196,8 @@ def test_of_a_sum_that_is_known_loosely_nothing_is_kept(both):
 
 @pytest.mark.parametrize("middle", [3.0, 1.0, -0.5, -4.0])
 def test_what_is_left_without_the_negative_part_is_that_of_a_truncated_normal_distribution(middle):
+    from scipy.stats import truncnorm
+
     std = 2.0
     exact = truncnorm(-middle / std, np.inf, middle, std)
     mean, covariance = intervals._without_negative(

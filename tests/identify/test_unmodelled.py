@@ -6,7 +6,6 @@ import closed_loop
 import network_tasks
 import numpy as np
 import pytest
-from scipy.stats import chi2
 from soak import rest_in_soak, rows_rest_in_soak
 
 from identify.challenge.case import dive_of, draw_case
@@ -240,6 +239,8 @@ def test_a_force_that_the_fit_chooses_itself_is_never_lacking():
 
 @pytest.mark.parametrize("degrees", [1, 2, 6])
 def test_the_chance_of_a_statistic_is_at_most_that_of_its_standard_errors(degrees):
+    from scipy.stats import chi2
+
     assert in_standard_errors(degrees, degrees) == 0.0
     for statistic in (degrees + 1.0, 30.0, 300.0):
         score = in_standard_errors(statistic, degrees)
