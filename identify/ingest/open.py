@@ -21,6 +21,7 @@ from identify.checks.readings.copies import without_copies
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import refuse_years, without_impossible, without_repeated
 from identify.checks.readings.missing_signals import missing_signals
+from identify.checks.readings.smoothed_gyro import without_smoothed_gyro
 from identify.checks.readings.still_gyro import without_still_gyro
 from identify.dive import Dive, Kind, Note, Signal
 from identify.ingest.commands import with_known_commands, with_pulses, with_spread_commands
@@ -113,7 +114,7 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     possible = with_reckoned_pulses(possible, vehicle)
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
     moving = without_still_gyro(without_frozen(without_repeated(possible), rest_us))
-    dive = without_heading_resets(moving)
+    dive = without_smoothed_gyro(without_heading_resets(moving))
     return replace(
         dive, notes=(*_unread(recorded.source), *dive.notes, *missing_signals(dive), *_misfits(dive, vehicle))
     )

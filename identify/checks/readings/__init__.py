@@ -1,2 +1,2 @@
-"""Readings to leave out (`copies`, `frozen`, `impossible`, `still_gyro`), and what is told of a
+"""Readings to leave out (`copies`, `frozen`, `impossible`, `smoothed_gyro`, `still_gyro`), and what is told of a
 recording: `missing_signals`, `flipping_commands`."""

@@ -129,6 +129,11 @@ def turns_of(dive: Dive) -> tuple[Array, Array] | None:
     edges_s = window_edges((attitude, gyro)) if attitude is not None and gyro is not None else None
     if attitude is None or gyro is None or edges_s is None:
         return None
+    return turns_between(attitude, gyro, edges_s)
+
+
+def turns_between(attitude: Signal, gyro: Signal, edges_s: Array) -> tuple[Array, Array]:
+    """Turns (m - 1, 3), rad, in the body's axes between the edges (m,), by the attitude and by the gyro."""
     at_edges = attitude_at(attitude, edges_s)
     seen = to_body_turn(at_edges[:-1], at_edges[1:])
     said = np.diff(

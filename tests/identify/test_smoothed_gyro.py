@@ -1,0 +1,97 @@
+"""A gyro that was smoothed before it was logged is left out where the attitude shows what it lacks; others stay."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from identify.checks.readings.smoothed_gyro import without_smoothed_gyro
+from identify.dive import Dive, Signal
+from identify.ingest.rotation import quaternions_from_euler
+
+STEP_S = 0.1
+GENERATOR = np.random.default_rng(8)
+
+
+def random_rates(count):
+    """Rates (n,) of a yaw that a push of 0.3 rad/s2 changes at any moment, against a damping of a second."""
+    rates, pushes = np.zeros(count), GENERATOR.normal(0.0, 0.3, count)
+    for at in range(1, count):
+        rates[at] = rates[at - 1] + STEP_S * (pushes[at] / STEP_S**0.5 - rates[at - 1])
+    return rates
+
+
+def dive_of(duration_s, *, heading_noise_rad=0.0, gyro=lambda rates: rates, every=1):
+    """A vehicle that turns about z, its heading, and what `gyro` makes of its rates, each so many rows."""
+    time_s = np.arange(0.0, duration_s, STEP_S)
+    rates = random_rates(len(time_s))
+    heading = np.concatenate([[0.0], np.cumsum(0.5 * (rates[1:] + rates[:-1]) * STEP_S)])
+    heading += GENERATOR.normal(0.0, 1.0, len(heading)) * heading_noise_rad
+    level = np.zeros(len(time_s))
+    read = np.column_stack([np.full((len(time_s), 2), np.nan), gyro(rates)])
+    return Dive(
+        "turning", Path("turning.csv"), "0" * 64,
+        attitude=Signal(time_s, quaternions_from_euler(level, level, heading)),
+        gyro=Signal(time_s[::every], read[::every]),
+    )  # fmt: skip
+
+
+def mean_over(seconds):
+    count = round(seconds / STEP_S)
+    return lambda rates: np.convolve(rates, np.ones(count) / count, "same")
+
+
+@pytest.mark.parametrize("seconds", [0.7, 1.1, 1.5])
+def test_a_gyro_that_was_smoothed_over_about_a_second_is_left_out_and_told(seconds):
+    left = without_smoothed_gyro(dive_of(120.0, gyro=mean_over(seconds), heading_noise_rad=2e-3))
+    assert left.gyro is None
+    (note,) = left.notes
+    assert note.startswith("The gyro's rates were smoothed before they were logged: of turns at ")
+    assert "they are left out, and the attitude tells how the vehicle turns" in note
+
+
+def test_the_rate_that_is_told_is_at_most_two_steps_above_that_at_which_half_is_lost():
+    (note,) = without_smoothed_gyro(dive_of(300.0, gyro=mean_over(1.1))).notes
+    told_hz = float(note.split("of turns at ")[1].split(" Hz")[0])
+    # Of a mean over T, half is left at 0.6 / T; pieces of 5 s tell rates 0.2 Hz apart.
+    assert 0.0 <= told_hz - 0.6 / 1.1 <= 0.4
+
+
+@pytest.mark.parametrize("noise_rad", [0.0, 2e-3, 0.05])
+def test_a_gyro_as_it_reads_stays_whatever_the_headings_noise(noise_rad):
+    dive = dive_of(120.0, heading_noise_rad=noise_rad)
+    assert without_smoothed_gyro(dive) is dive
+
+
+def test_a_noisy_gyro_stays():
+    dive = dive_of(120.0, gyro=lambda rates: rates + GENERATOR.normal(0.0, 0.05, len(rates)))
+    assert without_smoothed_gyro(dive) is dive
+
+
+def test_a_gyro_that_is_read_at_2_hz_stays():
+    dive = dive_of(240.0, every=5)
+    assert without_smoothed_gyro(dive) is dive
+
+
+def test_a_gyro_of_a_wrong_scale_is_none_that_was_smoothed():
+    dive = dive_of(120.0, gyro=lambda rates: 0.3 * rates)
+    assert without_smoothed_gyro(dive) is dive
+
+
+def test_a_heading_whose_noise_hides_the_fast_turns_leaves_a_smoothed_gyro_in():
+    dive = dive_of(120.0, gyro=mean_over(0.7), heading_noise_rad=0.3)
+    assert without_smoothed_gyro(dive) is dive
+
+
+def test_a_pause_of_the_gyro_is_no_smoothing():
+    dive = dive_of(200.0)
+    for every_s, pause_s in ((20.0, 4.0), (5.0, 1.0), (3.0, 2.0)):
+        kept = (dive.gyro.time_s % every_s) >= pause_s
+        paused = replace(dive, gyro=Signal(dive.gyro.time_s[kept], dive.gyro.value[kept]))
+        assert without_smoothed_gyro(paused) is paused
+
+
+def test_a_dive_too_short_to_tell_keeps_its_gyro():
+    dive = dive_of(30.0, gyro=mean_over(1.1))
+    assert without_smoothed_gyro(dive) is dive
