@@ -31,6 +31,7 @@ from identify.ingest.files.matlab import read_matlab
 from identify.ingest.files.parquet import read_parquet
 from identify.ingest.files.run_column import split_streams
 from identify.ingest.files.sentinels import without_sentinels
+from identify.ingest.files.split_stamps import with_whole_stamps
 from identify.ingest.files.streams import Streams, some_of
 from identify.ingest.files.tables_of_one_dive import read_tables, tables_of_one_dive
 from identify.ingest.files.text_table import TABLES, read_table
@@ -268,7 +269,7 @@ def _streams(files: Sequence[Path], used: Set[str] | None = None) -> Streams:
     if ending in BAGS:
         streams = read_bag(held)
     else:
-        streams = FILES[ending](held[0]) if len(held) == 1 else read_tables(held)
+        streams = with_whole_stamps(FILES[ending](held[0]) if len(held) == 1 else read_tables(held))
     notes = tuple(f"{file.name} is empty: nothing was recorded in it." for file in files if file not in held)
     return without_sentinels(replace(streams, notes=(*streams.notes, *notes)), used)
 
