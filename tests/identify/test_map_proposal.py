@@ -306,6 +306,17 @@ def test_of_a_single_rate_the_others_are_unknown():
     assert proposal.columns.gyro.columns == (None, None, "r")
 
 
+def test_theta_beside_x_and_y_is_the_heading_of_a_pose_in_the_plane_and_else_the_pitch():
+    theta, rate, gone = READ["euler"][:, 2], READ["gyro"][:, 2], np.cumsum(READ["velocity"], axis=0)
+    flat = {"t": READ["t"], "x": gone[:, 0], "y": gone[:, 1], "theta": theta, "r": rate}
+    assert proposed(flat).columns.euler.columns == ("-", "-", "theta")
+    pose = Stream("pose_2d", {"stamp": READ["t"], "x": gone[:, 0], "y": gone[:, 1], "theta": theta}, {})
+    imu = Stream("imu", {"stamp": READ["t"], "r": rate}, {})
+    assert propose((pose, imu), LOG).columns.euler.columns == ("-", "-", "pose_2d.theta")
+    for other in ({"z": gone[:, 2]}, {"psi": theta}):
+        assert proposed(flat | other).columns.euler.columns[1] == "theta"
+
+
 def test_the_profile_of_a_column_has_its_range_rate_and_share_unknown():
     depth = READ["depth"].copy()
     depth[1::2] = np.nan

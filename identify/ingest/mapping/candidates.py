@@ -11,7 +11,7 @@ from bridge.arrays import Array
 from identify.checks.mapping.mend import Mend
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import BODY, EARTH, NOTHING, WHOLE, WIDTHS, Columns
-from identify.ingest.mapping.names import is_by_side, is_position_z, named, snake
+from identify.ingest.mapping.names import is_by_side, is_position_z, named, position_in, snake
 from identify.ingest.mapping.ranges import Guess, from_surface, unit_of
 from identify.words import listed
 
@@ -19,6 +19,8 @@ SIGNALS = (
     "velocity", "gyro", "fog", "specific_force", "quaternion", "euler", "pressure", "depth", "altitude", "pwm", "rpm",
     "voltage", "tau_cmd", "armed",
 )  # fmt: skip
+PITCH_ANGLE, HEADING = 1, 2
+"""Places in `euler`."""
 MEASURED = frozenset(SIGNALS) - {"pwm", "rpm", "voltage", "tau_cmd", "armed"}
 """Signals that change in every dive."""
 FAVOURED = {
@@ -135,7 +137,15 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
             frame = "ENU" if stream.name.startswith("/") else "NED"
         if signal == "quaternion" and len(fields) == WIDTHS["euler"] and ANGLES.fullmatch(family):
             signal, fields = "euler", dict(enumerate(fields[place] for place in sorted(fields)))
+        if signal == "euler" and fields.keys() == {PITCH_ANGLE} and _is_flat(stream, fields[PITCH_ANGLE]):
+            fields = {HEADING: fields[PITCH_ANGLE]}
         yield Candidate(signal, stream, fields, *about[key], frame)
+
+
+def _is_flat(stream: Stream, angle: str) -> bool:
+    """Whether an angle is the theta beside x and y, without z, of a pose in the plane, which is the heading."""
+    place = position_in(stream.columns)
+    return snake(angle) == "theta" and place is not None and place[2] is None
 
 
 def _join_verticals(
