@@ -64,13 +64,19 @@ def test_a_gyro_as_it_reads_stays_whatever_the_headings_noise(noise_rad):
     assert without_smoothed_gyro(dive) is dive
 
 
+def test_of_sixty_short_dives_with_a_noisy_heading_chance_takes_no_gyro():
+    for _ in range(60):
+        dive = dive_of(52.0, heading_noise_rad=0.02)
+        assert without_smoothed_gyro(dive) is dive
+
+
 def test_a_noisy_gyro_stays():
     dive = dive_of(120.0, gyro=lambda rates: rates + GENERATOR.normal(0.0, 0.05, len(rates)))
     assert without_smoothed_gyro(dive) is dive
 
 
 def test_a_gyro_that_is_read_at_2_hz_stays():
-    dive = dive_of(240.0, every=5)
+    dive = dive_of(2400.0, every=5)
     assert without_smoothed_gyro(dive) is dive
 
 
