@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from bridge.arrays import Array
 from bridge.errors import FitError
+from bridge.vehicle.coefficients import YAW
 from bridge.vehicle.config import (
     Configuration,
     Device,
@@ -260,6 +261,17 @@ def test_an_axis_is_not_judged_where_an_autopilot_may_level_it_between_two_slow_
     assert said.startswith("hardly any thrust went into roll")
     assert "commands that are known every 0.1 s hide its answers; push there" in said
     assert missing(50.0, 0.01) == missing(10.0, 0.0) == ""
+
+
+def test_small_thrusters_turn_a_small_vehicle_whatever_limit_its_file_leaves():
+    """Two of 6 N at most, 0.1 m aside, make a moment that is small beside the 40 N that a file has by default."""
+    aside = tuple(Thruster((1.0, 0.0, 0.0), (0.0, y, 0.0)) for y in (-0.1, 0.1))
+    shape = Configuration(5.0, (0.05, 0.06, 0.07), aside)
+    curve = ThrustCurve(kind="quadratic", max_n=6.0)
+    file = VehicleFile(Path("a.yaml"), Vehicle("a", {"only": shape}, thrust_curve=curve), None, "0" * 64)
+    pwm = sampled(10.0, *(lambda t, side=side: 1600.0 + side * 10.0 * np.sin(t) for side in (1.0, -1.0)))
+    turning = recorded(pwm=pwm, gyro=sampled(25.0, 0.0, 0.0, lambda t: 0.1 * np.sin(t)))
+    assert YAW in [axis.dof for axis in build_axes(turning, file, "only").axes]
 
 
 def test_the_steps_of_an_axis_know_where_the_log_hides_most():

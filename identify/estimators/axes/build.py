@@ -8,7 +8,8 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS, HEAVE, PITCH, ROLL
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.config import Configuration, VehicleFile
+from bridge.vehicle.thrusters import thrust_curve
 from identify.dive import STAMPED_S, Dive
 from identify.estimators.axes.afloat import under_water
 from identify.estimators.axes.another_vehicle import strange
@@ -43,7 +44,7 @@ LEAST_START_S, LAGS_FORGOTTEN = 0.5, 10.0
 """The thrusters' state before the first command is unknown; after this many lags it no longer matters."""
 
 LEAST_DRIVE = 1e-3
-"""Thrust in an axis below this share of one thruster's limit (N, or N m) counts as none."""
+"""Thrust in an axis below this share of the most that one thruster gives (N, or N m) counts as none."""
 
 LEAST_ANSWER = 1e-3
 """Share of that below which thrust is rounding, and answers to no motion."""
@@ -67,7 +68,7 @@ def build_axes(
     lever = (0.0, 0.0, 0.0) if vehicle.sensors.dvl is None else vehicle.sensors.dvl.mounting.position_m
     forces = wrench(dive, file, configuration_name)
     later_s = max(LAGS_FORGOTTEN * forces.lag_s, LEAST_START_S)
-    least_n = LEAST_DRIVE * configuration.thruster_limit_n
+    least_n = LEAST_DRIVE * _most_n(dive, file, configuration)
     begun_s = [(first_s + later_s, last_s) for first_s, last_s in forces.spans_s]
     spans_s, floats = under_water(begun_s, forces, dive.depth_by(vehicle.water), least_n)
     start, end = spans_s[0][0], spans_s[-1][1]
@@ -146,6 +147,14 @@ def build_axes(
         {dof: item[1] for dof, item in every.items() if not isinstance(item, str)},
         unpushed,
     )
+
+
+def _most_n(dive: Dive, file: VehicleFile, configuration: Configuration) -> float:
+    """The most (N) that one thruster gives: its limit, and by pulses no more than their curve."""
+    if dive.pwm is None:
+        return configuration.thruster_limit_n
+    curve = thrust_curve(file.vehicle.thrust_curve, file.path.parent)
+    return min(configuration.thruster_limit_n, max(curve.max_n, -curve.min_n))
 
 
 def _unpushed(dof: int, steadily: bool) -> str:
