@@ -1,6 +1,7 @@
 """Water that moves: the model goes by the velocity through it, the readings by that over ground."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.estimators.axes.axis import Axis
 from identify.estimators.filter.state import VELOCITY
+from identify.estimators.likelihood.axis import SLOWEST_COLOURED_S, AxisLikelihood
 from identify.ingest.rotation import attitude_at, to_body
 
 CURRENT = np.array([0.12, -0.08])
@@ -109,6 +111,15 @@ def test_what_the_filter_of_an_autopilot_is_off_by_is_that_of_its_quieter_axis(s
     same, where = _alike(joint, theta, ())
     assert same is joint
     assert where is theta
+
+
+def test_a_current_of_half_a_minute_is_no_error_of_an_autopilots_velocity():
+    """It would be taken up on every heading, and nothing would be left of it; an error of a second is as it was."""
+    axis = SimpleNamespace(axis=SimpleNamespace(is_coloured=True), coloured_index=0)
+    assert AxisLikelihood.coloured(axis, np.log([0.07, 35.0])) == pytest.approx(
+        (0.07, SLOWEST_COLOURED_S), rel=1e-3
+    )
+    assert AxisLikelihood.coloured(axis, np.log([0.02, 1.0])) == pytest.approx((0.02, 1.0), rel=1e-3)
 
 
 def test_a_known_quadratic_drag_is_in_the_filters_and_no_force_beside_them(still_and_drifting):

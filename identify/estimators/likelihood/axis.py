@@ -26,6 +26,10 @@ MASS, DAMPING, DISTURBANCE, TIME_CONSTANT, FORCES = range(5)
 COLOURED_S = 1.0
 """Prior middle of the time constant of an autopilot's velocity error."""
 
+SLOWEST_COLOURED_S = 5.0
+"""Largest such time constant: position or velocity fixes correct a filter within seconds. A slower error would be that
+of a steady current on changing headings, and take it up whole."""
+
 FASTEST_S = 0.01
 """Least r of a disturbance, s: no recording shows a faster second pole."""
 
@@ -329,8 +333,8 @@ class AxisLikelihood:
         """Standard deviation of the velocity readings' coloured error, and its time constant in s."""
         if not self.axis.is_coloured:
             return 0.0, COLOURED_S
-        std, time_s = np.exp(theta[self.coloured_index :]).tolist()
-        return std, time_s
+        std, time_s = np.exp(theta[self.coloured_index :])
+        return float(std), _lesser(time_s, SLOWEST_COLOURED_S)
 
     def rise_s(self, theta: Array) -> float:
         """r of a disturbance of second order, s (`filter.state`); 0 for one of first order."""
@@ -338,8 +342,7 @@ class AxisLikelihood:
             return 0.0
         evenness = 1.0 / (1.0 + np.exp(-theta[-1]))
         of_equal_poles = 0.25 * np.exp(theta[TIME_CONSTANT])
-        # The lesser of both, without an edge.
-        return float(FASTEST_S + evenness * (of_equal_poles**-4.0 + SLOWEST_S**-4.0) ** -0.25)
+        return float(FASTEST_S + evenness * _lesser(of_equal_poles, SLOWEST_S))
 
     def hidden_levels(self, theta: Array) -> tuple[float, float, bool]:
         """Standard deviations of the disturbance and of the filter's fourth state, and whether that is an error of the
@@ -381,6 +384,11 @@ class AxisFit:
     problem: AxisLikelihood
     maximum: Maximum
     covariance: Array
+
+
+def _lesser(value: float, most: float) -> float:
+    """The lesser of both, without an edge."""
+    return float((value**-4.0 + most**-4.0) ** -0.25)
 
 
 def shapes_of(axis: Axis, unmeasured: Sequence[int], damped: Damping) -> Array:
