@@ -27,6 +27,7 @@ def section(cache: Path, short: bool) -> str:
     mutants = [mutant for folder in FOLDERS for mutant in drawn(ROOT, folder, each, SEED)]
     verdicts: list[Verdict] = []
     with checkout(ROOT) as copy, contextlib.suppress(KeyboardInterrupt):
+        copy.compile()
         verdicts.extend(copy.judged(mutant, kept) for mutant in track(mutants, "mutants"))
     return page(verdicts, len(mutants))
 
@@ -53,8 +54,9 @@ def page(verdicts: Sequence[Verdict], wanted: int) -> str:
             "a returned value, a step of its own. Each is changed by itself on a copy of the tree. The test files that",
             "import the module, directly or by other modules, follow, nearest first, until one fails or hangs",
             f"({PATIENCE:g} times as long as without the change, and {START_S:g} s), or until they took",
-            f"{ENOUGH_S:g} s. Text, hints of types, decorators and `assert` stay; the type checker is not asked. A",
-            f"change that alters nothing that a user could see counts as one that survived. {partial}",
+            f"{ENOUGH_S:g} s of a processor. Text, hints of types, decorators and `assert` stay; the type checker is",
+            "not asked. A change that alters nothing that a user could see counts as one that survived.",
+            partial,
         ),
         paragraph(
             f"Goal: {100 * GOAL:.0f} % noticed. {f'{100 * share:.1f} %' if verdicts else 'None has run'}: {judged}.",

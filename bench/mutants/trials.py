@@ -2,6 +2,7 @@
 
 import contextlib
 import os
+import resource
 import shutil
 import signal
 import subprocess
@@ -20,7 +21,8 @@ from bench.stamp import PACKAGES, stamp
 
 PRODUCT = (*PACKAGES, "configs/*/*.yaml")
 ENOUGH_S = 60.0
-"""No further test is begun for a mutant once those it had take so long without it."""
+"""No further test is begun for a mutant once those it had take so long without it, in seconds of a processor: what else
+runs on the computer decides no verdict."""
 
 PATIENCE, START_S = 5.0, 60.0
 """A test that takes so many times as long as without the mutant, and this for compiling, hangs."""
@@ -59,6 +61,15 @@ class Checkout:
         self._kernels, self._mutated = root.parent / "kernels", root.parent / "kernels-mutated"
         self._kernels.mkdir()
 
+    def compile(self) -> None:
+        """Compile the kernels that tests run through, so that they take no test's time."""
+        subprocess.run(
+            [sys.executable, "tests/kernels.py"],
+            cwd=self._root,
+            env=self._environment(self._kernels, bytecode=True),
+            check=True,
+        )
+
     def judged(self, mutant: Mutant, kept: Remembered) -> Verdict:
         """Whether a test fails of a mutant, from results in `kept` if neither its file nor that test has changed."""
         key = f"{mutant} at byte {mutant.begin} in {stamp(mutant.file)}"
@@ -77,9 +88,9 @@ class Checkout:
             alone = kept.get(f"{test} {stamp(test)} {stamp(*PRODUCT)}", partial(self._alone, test))
             if not alone["passes"]:
                 continue
-            count, spent_s = count + 1, spent_s + alone["seconds"]
+            count, spent_s = count + 1, spent_s + alone["processor"]
             with self._changed(mutant):
-                code, _ = self._run(test, START_S + PATIENCE * alone["seconds"], self._mutated)
+                code, *_ = self._run(test, START_S + PATIENCE * alone["seconds"], self._mutated)
             if code:
                 return Verdict(mutant, test, count)
             if spent_s > ENOUGH_S:
@@ -88,8 +99,9 @@ class Checkout:
 
     def _alone(self, test: str) -> Data:
         """How a test file runs without a mutant."""
-        code, seconds = self._run(test, LONGEST_S, self._kernels, bytecode=True)
-        return {"passes": code == 0, "none": code == NO_TESTS, "seconds": seconds}
+        code, seconds, of_processor = self._run(test, LONGEST_S, self._kernels, bytecode=True)
+        passes, none = code == 0, code == NO_TESTS
+        return {"passes": passes, "none": none, "seconds": seconds, "processor": of_processor}
 
     @contextlib.contextmanager
     def _changed(self, mutant: Mutant) -> Iterator[None]:
@@ -111,20 +123,17 @@ class Checkout:
             file.write_bytes(source)
             os.utime(file, ns=(stat.st_atime_ns, stat.st_mtime_ns))
 
-    def _run(self, test: str, limit_s: float, kernels: Path, bytecode: bool = False) -> tuple[int, float]:
-        """pytest's exit code for a file, -1 if it takes longer than `limit_s`; and the time that it took."""
+    def _run(
+        self, test: str, limit_s: float, kernels: Path, bytecode: bool = False
+    ) -> tuple[int, float, float]:
+        """pytest's exit code for a file, -1 if it takes longer than `limit_s`; the time that it took, and its seconds
+        of a processor."""
         words = (sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider")
-        began_s = time.monotonic()
+        began_s, before_s = time.monotonic(), _children_s()
         process = subprocess.Popen(
             [*words, f"--basetemp={self._root.parent / 'pytest'}", test],
             cwd=self._root,
-            env=os.environ
-            | dict.fromkeys(ONE_THREAD, "1")
-            | {
-                "PYTHONPATH": str(self._root),
-                "PYTHONDONTWRITEBYTECODE": "" if bytecode else "1",
-                "NUMBA_CACHE_DIR": str(kernels),
-            },
+            env=self._environment(kernels, bytecode),
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
@@ -138,4 +147,19 @@ class Checkout:
             with contextlib.suppress(ProcessLookupError):
                 os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-        return code, time.monotonic() - began_s
+        return code, time.monotonic() - began_s, _children_s() - before_s
+
+    def _environment(self, kernels: Path, bytecode: bool) -> dict[str, str]:
+        return {
+            **os.environ,
+            **dict.fromkeys(ONE_THREAD, "1"),
+            "PYTHONPATH": str(self._root),
+            "PYTHONDONTWRITEBYTECODE": "" if bytecode else "1",
+            "NUMBA_CACHE_DIR": str(kernels),
+        }
+
+
+def _children_s() -> float:
+    """Seconds of a processor that the programs which this one started, and which have ended, took so far."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
