@@ -15,11 +15,11 @@ from gcs_plugin.params.last_accepted import AcceptedValue
 from gcs_plugin.params.meaning import is_staged
 from gcs_plugin.params.plan import Verdict, action_of, make_plan, taken_back
 from gcs_plugin.params.plausible import implausible
-from gcs_plugin.params.proposal import propose_upload
-from gcs_plugin.params.receipt import Line
+from gcs_plugin.params.proposal import propose_rollback, propose_upload
+from gcs_plugin.params.receipt import Line, begin
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, sidecar_path, write_sidecar
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.params.wanted import wanted_by
+from gcs_plugin.params.wanted import Wanted, wanted_by
 
 PRESENT = {"FF0_M_U": float32.rounded(24.4), "FF0_D_U": 40.0, "FF_ACTIVE": 7.0, "FF_MODE": 1.0}
 
@@ -470,3 +470,21 @@ def test_a_gain_that_is_not_set_is_told_as_the_gain_of_1_that_it_is_before_and_a
     assert line.cells()[5] == "1"
     assert Line("FF0_T1_GAIN", 0.0, 0.75, 0.75, Outcome.APPLIED, "").cells()[2:4] == ("1", "0.75")
     assert Line("FF0_T1_GAIN", 0.75, 0.0, 0.0, Outcome.APPLIED, "").cells()[2:4] == ("0.75", "1")
+
+
+def test_a_mass_or_damping_of_zero_is_told_as_not_set_and_a_drag_of_zero_as_zero():
+    def told(name):
+        return Line(name, 0.0, 24.5, 24.5, Outcome.APPLIED, "").cells()[2:4]
+
+    assert told("FF0_M_U") == told("FF0_D_U") == ("not set", "24.5")
+    assert told("FF0_X_UU") == ("0", "24.5")
+
+
+def test_a_roll_back_of_one_line_of_a_set_takes_back_all_of_the_set_with_the_mode_and_nothing_else(tmp_path):
+    """Another program has changed the other line since: half of each is no model that anybody flew."""
+    before = {"FF0_M_U": 24.5, "FF0_D_U": 40.0, "FF_MODE": 0.0, "FS_GCS_ENABLE": 1.0}
+    upload = make_plan({"FF0_M_U": 26.0}, before)
+    path = begin(upload, (1, 191), tmp_path / "2026-11-21T063000Z-before.param", None, 0.0).preimage
+    now = {"FF0_M_U": 26.0, "FF0_D_U": 50.0, "FF_MODE": 3.0, "FS_GCS_ENABLE": 2.0}
+    plan = propose_rollback(path, Wanted(before), now, tmp_path, 1).plan
+    assert plan.changes == {"FF0_M_U": 24.5, "FF0_D_U": 40.0, "FF_MODE": 0.0}
