@@ -8,6 +8,7 @@ import pytest
 from bridge.errors import ConfigError
 from bridge.vehicle.autopilot import Actuation, Autopilot
 from bridge.vehicle.config import load_vehicle
+from bridge.vehicle.in_force import ModelInForce
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
 from bridge.vehicle.references import Reference
@@ -118,6 +119,14 @@ def test_an_impossible_demand_stays_within_the_thrusters_and_is_told_as_it_was_l
     assert abs(actuation.tau_cmd[0]) < 140
 
 
+@pytest.mark.parametrize("effects", [{}, {"T1_gain": 0.9}])
+def test_while_all_thrusters_are_scaled_down_no_integral_grows_with_accepted_effects_as_without_any(effects):
+    pilot = autopilot(Mode.BOTH, MODEL | effects)
+    hard, times_s = replace(ASK, nu_dot=(9.0, 9.0, 0.0, 0.0, 0.0, 0.0)), [0.05 * step for step in range(60)]
+    surge = [pilot.step(at_s, heard(at_s), replace(hard, time_s=at_s)).tau_pid[0] for at_s in times_s]
+    assert surge[-1] == pytest.approx(surge[20])
+
+
 def test_the_configuration_chooses_the_parameters():
     asked = []
     pilot = Autopilot(FILE.vehicle, "hovering", lambda i: asked.append(i) or MODEL, FILE.path.parent)
@@ -159,6 +168,17 @@ def test_the_minute_in_shadow_begins_anew_after_minutes_in_which_it_was_not_step
     assert "explained" in pilot.unproven()
     pilot.step(700.0, heard(700.0), steady)
     assert pilot.unproven() == "shadow: 0 of 60 s flown since a pause"
+
+
+def test_what_the_vehicle_does_while_the_feed_forward_is_raised_is_no_part_of_a_minute_in_shadow():
+    """It turned round meanwhile, and so it had begun two seconds astern that it ended ahead."""
+    model = ModelInForce(lambda _: MODEL, 1, FILE.vehicle.configurations["hovering"], (100.0,) * 6)
+    model.renew()
+    for ticks, mode, u in ((20, Mode.SHADOW, -0.9), (100, Mode.BOTH, 0.3), (1201, Mode.SHADOW, 0.3)):
+        force = (56.24 * u, 0.0, 0.0, 0.0, 0.0, 0.0)
+        for _ in range(ticks):
+            model.judge(mode, "", 0.05, force, force, replace(HERE, velocity=(u, 0.0, 0.0), rate=(0.0,) * 3))
+    assert model.unproven() == ""
 
 
 @pytest.mark.parametrize("mode", Mode)
