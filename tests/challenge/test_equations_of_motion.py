@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from identify.challenge.equations_of_motion import STATES, WORK, body, solve6, state_derivative
-from identify.challenge.hull import Propellers, bare_hull, growth, shafts_want, turn
+from identify.challenge.hull import Propellers, add_wrench, bare_hull, growth, shafts_want, turn
 
 
 def full_mass(rng):
@@ -125,6 +125,22 @@ def test_planted_drag_has_its_own_power():
         assert slope_of(solid, level(u=u), hull=hull)[7] == pytest.approx(-7.0 * math.copysign(0.4**1.8, u))
 
 
+@pytest.mark.parametrize(
+    ("hidden", "u", "slowed_n"),
+    [
+        ({"drag": 7.0 * np.eye(6)[0], "astern": 0.5}, -0.4, -1.5 * 7.0 * 0.4**1.8),
+        ({"drag": 7.0 * np.eye(6)[0], "astern": 0.5}, 0.4, 7.0 * 0.4**1.8),
+        # Where it drags, the chain's friction is all there but at a crawl.
+        ({"floor_m": 0.9, "chain_m": 1.0, "chain_n": 5.0}, 0.4, 5.0 * 0.4 / 0.41),
+        ({"floor_m": 1.1, "chain_m": 1.0, "chain_n": 5.0}, 0.4, 0.0),
+    ],
+)
+def test_drag_that_is_larger_astern_and_a_chain_that_drags_on_the_bottom_slow_the_surge(hidden, u, slowed_n):
+    solid = floating(np.eye(6), np.zeros((6, 6)), np.zeros((6, 6)))
+    slope = slope_of(solid, level(u=u), hull=bare_hull(1e3)._replace(**hidden))
+    assert slope[7] == pytest.approx(-slowed_n, rel=1e-6)
+
+
 def test_a_heavier_added_mass_near_the_surface_slows_the_same_push():
     solid = floating(np.diag([70.0] * 6), np.diag([30.0] * 6), np.zeros((6, 6)))
     hull = bare_hull(1e3)._replace(surface=0.5, surface_m=0.5)
@@ -176,3 +192,13 @@ def test_two_lags_in_a_row_delay_a_ramp_by_their_sum():
     for i in range(8000):
         turn(np.array([i * half_s]), first, second, keep, keep)
     assert 8000 * half_s - second[0] == pytest.approx(0.2, abs=0.002)
+
+
+def test_water_that_comes_at_a_thruster_takes_thrust_by_the_speed_of_its_place_as_the_vehicle_turns():
+    place, nu = np.array([0.3, -0.2, 0.1]), np.array([0.5, -0.3, 0.2, 0.4, -0.6, 0.8])
+    for way in np.eye(3):
+        out = np.zeros(6)
+        one = propellers(way=way[None], place=place[None], inflow=0.7)
+        add_wrench(np.array([9.0]), nu, one, out)
+        thrust = 9.0 - 0.7 * 3.0 * way @ (nu[:3] + np.cross(nu[3:], place))
+        assert out == pytest.approx(thrust * np.concatenate([way, np.cross(place, way)]))
