@@ -399,6 +399,17 @@ def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(w
     assert min(abs(2 * np.pi / cluster.rates[0] - 2.0) for cluster in in_time) < 0.02
 
 
+@pytest.mark.parametrize("at_sea", [False, True])
+def test_a_line_in_time_is_a_periodic_force_in_still_water_and_one_of_the_sea_s_at_sea(weighing, at_sea):
+    course, fit, innovations = weighing.now.course, weighing.fitted(()), weighing.rows.axes[0]
+    known, value = unexplained._known(weighing, fit), fit.value.copy()
+    line = np.sin(2 * np.pi * course.since_s / 2.0)[:, None]
+    value[known.slices[0]] += 5.0 * innovations.prewhitened(innovations.by_course(course, line.T))[:, 0]
+    axis = unexplained._axis_with_causes(weighing, value, known, 0, at_sea)
+    found = {(item.shape.variable, item.shape.timing) for item in unexplained._lines(axis, course, at_sea)}
+    assert (("time", "periodic") in found) is not at_sea
+
+
 @pytest.mark.parametrize("long_s", [3.0, 6.0])
 @pytest.mark.parametrize("later", [0.0, 0.5])
 def test_blows_are_found_in_the_middle_of_a_stretch_and_between_two(weighing, later, long_s):

@@ -24,6 +24,7 @@ from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.result import (
     AxisShrink,
+    Dependence,
     Disturbance,
     Finding,
     Gain,
@@ -468,6 +469,13 @@ def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
     assert "This is where force is missing, over what disturbs" in read(diagnosis())
     assert "Most of the drift is in surge." in read(diagnosis(gap=sway))
     assert gap_words.drifts_elsewhere(replace(sway, before=1.1)) == ""
+
+
+@pytest.mark.parametrize(("share", "word"), [(0.8, "closely"), (0.3, "in part"), (0.05, "hardly")])
+def test_how_closely_a_missing_force_goes_with_what_it_depends_on_is_told_in_a_word(share, word):
+    depends = (Dependence("surge", "speed", "odd", share),)
+    page = read(diagnosis(gap=replace(gap(), depends_on=depends)))
+    assert f"surge\nodd\n{word}\n" in page
 
 
 def test_what_stays_the_same_is_not_sliced_and_a_slice_that_is_the_whole_is_not_shown():
