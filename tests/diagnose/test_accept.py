@@ -18,7 +18,7 @@ from identify.diagnose.accepted_before import (
     with_accepted,
 )
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.changed import Shift, changes_of, shift_of
+from identify.diagnose.changed import Shift, _direct_pattern, changes_of, shift_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.filters.nominal import nominal_of, refitted
 from identify.diagnose.gap.missing import Missing
@@ -624,3 +624,9 @@ def test_an_accepted_lag_of_the_shafts_speed_is_in_the_model_before():
     notes = diagnosis_of(still, effects_accepted=(lag,)).notes
     assert any("holds what was accepted: thruster lag" in note for note in notes)
     assert not any("this library has no such effect" in note for note in notes)
+
+
+def test_what_has_grown_on_a_hull_since_takes_the_same_share_of_a_small_drag_as_of_a_large_one(nominal):
+    small = replace(nominal, course=replace(nominal.course, damping=1e-3 * nominal.course.damping))
+    for now in (nominal, small):
+        assert _direct_pattern(FOULING_SINCE, now, ("M_u", "D_u", "D_r")) == pytest.approx([0.0, -1.0, -1.0])

@@ -224,6 +224,19 @@ def test_what_no_candidate_explains_is_never_told_as_nothing():
     )
 
 
+@pytest.mark.parametrize(
+    ("of_the_dive", "causes", "said"),
+    [
+        ("partly", (finding_of("quadratic_drag"),), "partly"),
+        ("partly", (), "unknown"),
+        ("unknown", (finding_of("quadratic_drag"),), "unknown"),
+    ],
+)
+def test_of_a_dive_that_is_explained_in_part_or_not_the_simulator_s_gap_is_no_more(of_the_dive, causes, said):
+    vehicle = replace(diagnosis(*causes), verdict=of_the_dive)
+    assert compared(vehicle, diagnosis()).verdict == said
+
+
 def test_a_cause_that_a_refit_takes_up_is_the_story_of_the_numbers_and_no_effect_to_gain():
     payload = finding_of("added_payload")
     comparison = compared(diagnosis(payload), diagnosis(values={"M_u": 88.0}))

@@ -20,6 +20,7 @@ from identify.diagnose.causes.evidence import (
 from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.innovations import (
     TOGETHER,
+    Autoregression,
     autoregression_of,
     early_half,
     mean_before,
@@ -373,6 +374,15 @@ def remembering(share, count, rng):
     for i in range(count):
         out[i] = fresh[i] + (share * out[i - 1] if i else 0.0)
     return fresh, out
+
+
+def test_of_ten_readings_before_each_is_taken_off_by_its_own_share() -> None:
+    shares, values = 0.1 * np.arange(1, 11), np.random.default_rng(6).standard_normal((70, 2))
+    left = values.copy()
+    Autoregression(np.arange(70), shares).prewhitened(left)
+    before = np.vstack([np.zeros((10, 2)), values])
+    taken = sum(share * before[10 - lag : 80 - lag] for lag, share in enumerate(shares, 1))
+    np.testing.assert_allclose(left, values - taken, atol=1e-12)
 
 
 def test_what_is_left_of_a_channel_that_remembers_is_what_was_new_each_time():

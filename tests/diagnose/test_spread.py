@@ -1,6 +1,7 @@
 """Intervals of a cause's parameters: what parts of a dive say by themselves, and what hangs on masses and dampings."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from numpy.typing import NDArray
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import (
+    _step_std,
     between_parts,
     coupled_nominal,
     covariance_of,
@@ -19,6 +21,7 @@ from identify.diagnose.causes.confidence import (
 from identify.diagnose.causes.search import Explanation
 from identify.diagnose.causes.weighing import Weighing, weighing_of
 from identify.diagnose.filters.nominal import nominal_of
+from identify.effects.actuators import DEAD_ZONE
 from identify.effects.course import delayed
 from identify.effects.effect import Act
 from identify.effects.hydrodynamics import FOULING, QUADRATIC_DRAG
@@ -177,3 +180,15 @@ def test_of_several_causes_none_is_certain_by_that(weighing: Weighing) -> None:
     true = read(weighing, DRAG.act(weighing.now.course))
     fit = true.fitted((DRAG, Cause(FOULING, np.array([4e-4]))))
     assert not is_certain(Explanation(fit, true, true.now))
+
+
+def test_what_the_motion_tells_in_steps_is_known_as_far_as_a_move_makes_the_fit_worse_by_two_nats() -> None:
+    zone = Cause(DEAD_ZONE, np.array([0.8]))
+
+    def squares(causes: list[Cause]) -> float:
+        """More by 3 up to a hundredth of the width off, by 5 beyond."""
+        return 103.0 if abs(causes[0].values[0] / 0.8 - 1.0) < 0.015 else 105.0
+
+    weighing = SimpleNamespace(residual_squares=squares)
+    fit = SimpleNamespace(causes=(zone,), residual_squares=100.0)
+    assert _step_std(weighing, fit, 0, 0) == pytest.approx(0.008 / 1.96, rel=1e-4)

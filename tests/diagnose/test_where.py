@@ -204,6 +204,12 @@ def test_what_is_too_little_to_be_sure_of_lies_where_most_speaks_for_it_but_not_
     assert not len(power_of_generic(Unexplained(shapes[:1], (60.0,), (0.1,)), 1))
 
 
+def test_where_a_force_is_twice_as_large_four_times_as_much_speaks_for_it():
+    growing = GenericForce(0, "speed", "odd", np.array([1.0, 2.0]))
+    power = power_of_generic(Unexplained((growing,), (10.0,), (0.1,)), 1)
+    np.testing.assert_allclose(power[:, 0], [4.0, 16.0])
+
+
 def test_a_moment_that_goes_with_the_speed_of_another_axis_goes_with_nothing_less_plain(nominal):
     course = nominal.course
     high = replace(course, altitude_m=20.0 + 0.01 * np.sin(course.since_s))
