@@ -399,6 +399,15 @@ def test_a_line_in_time_is_among_the_lines_however_strong_those_in_the_way_are(w
     assert min(abs(2 * np.pi / cluster.rates[0] - 2.0) for cluster in in_time) < 0.02
 
 
+def test_a_line_s_sidebands_are_within_twelve_rates_that_the_dive_resolves_of_it(monkeypatch):
+    """Four rates are tried for each: their price is that of one of twenty-four."""
+    rates, nats = np.arange(400.0), np.zeros(400)
+    nats[[200, 248, 252]] = 50.0, 20.0, 30.0
+    monkeypatch.setattr(lines, "_spectrum", lambda *_: (rates, nats))
+    alone, with_sidebands = next(lines._peaks(None, None, None, None))
+    assert (alone.rates, with_sidebands.rates) == ((200.0,), (200.0, 248.0))
+
+
 @pytest.mark.parametrize("at_sea", [False, True])
 def test_a_line_in_time_is_a_periodic_force_in_still_water_and_one_of_the_sea_s_at_sea(weighing, at_sea):
     course, fit, innovations = weighing.now.course, weighing.fitted(()), weighing.rows.axes[0]
