@@ -17,7 +17,7 @@ from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 from identify.estimators.axes.axis import Axis
 from identify.estimators.filter.state import VELOCITY
-from identify.estimators.likelihood.axis import SLOWEST_COLOURED_S, AxisLikelihood
+from identify.estimators.likelihood.axis import AxisLikelihood
 from identify.ingest.rotation import attitude_at, to_body
 
 CURRENT = np.array([0.12, -0.08])
@@ -116,9 +116,7 @@ def test_what_the_filter_of_an_autopilot_is_off_by_is_that_of_its_quieter_axis(s
 def test_a_current_of_half_a_minute_is_no_error_of_an_autopilots_velocity():
     """It would be taken up on every heading, and nothing would be left of it; an error of a second is as it was."""
     axis = SimpleNamespace(axis=SimpleNamespace(is_coloured=True), coloured_index=0)
-    assert AxisLikelihood.coloured(axis, np.log([0.07, 35.0])) == pytest.approx(
-        (0.07, SLOWEST_COLOURED_S), rel=1e-3
-    )
+    assert AxisLikelihood.coloured(axis, np.log([0.07, 35.0])) == pytest.approx((0.07, 5.0), rel=1e-3)
     assert AxisLikelihood.coloured(axis, np.log([0.02, 1.0])) == pytest.approx((0.02, 1.0), rel=1e-3)
 
 
