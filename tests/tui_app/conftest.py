@@ -36,27 +36,6 @@ def _style_sheets_are_parsed_once():
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _roles_are_styled_once():
-    """Each time that a screen is styled the style of every role is found anew, half of all that is styled; it is the
-    same while the sheets, and what selects in them along the way to the screen, are."""
-    style = Stylesheet._process_component_classes
-
-    @functools.wraps(style)
-    def once(self, node):
-        if not node._get_component_classes():
-            return
-        path = [(type(each), each.id, each.classes, *each.pseudo_classes) for each in node.css_path_nodes]
-        key = (frozenset(self._variables.items()), len(self.rules), *path)
-        if getattr(node, "_roles_styled_for", None) != key:
-            node._roles_styled_for = key
-            style(self, node)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Stylesheet, "_process_component_classes", once)
-        yield
-
-
-@pytest.fixture(autouse=True, scope="session")
 def _screens_are_drawn_when_they_are_read():
     """Without a terminal every update is drawn and thrown away, a third of a test's time; `screen_text` draws anew."""
     draw = Compositor.render_update
