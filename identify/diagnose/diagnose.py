@@ -26,6 +26,7 @@ from identify.diagnose.gap.missing import (
 from identify.diagnose.lateness import (
     beyond_step,
     lateness_of,
+    not_quicker,
     slow_loop,
     with_holding_unknown,
     with_known_holding,
@@ -69,7 +70,7 @@ from identify.diagnose.verdict import (
 )
 from identify.diagnose.words.diagnosis import shown_note
 from identify.dive import Dive
-from identify.effects.effect import OWN_VELOCITY, Effect
+from identify.effects.effect import OWN_DESCENT, OWN_VELOCITY, Effect
 from identify.effects.library import accepted_library, library
 from identify.estimators.likelihood.axis import MASS
 from identify.estimators.missing_forces.screening import LEAST_FORCE
@@ -119,7 +120,11 @@ def diagnose(
         check, other_still, other_spiky = _cleaned(check, LEAST_CHECK_S, check.name)
     progress(0.0, "fitting the nominal model")
     configuration = file.vehicle.configurations[configuration_name]
-    lacks, lacks_itself = lacking(dive, check, configuration), lacking(dive, None, configuration)
+    water = file.vehicle.water
+    lacks, lacks_itself = (
+        lacking(dive, check, configuration, water),
+        lacking(dive, None, configuration, water),
+    )
     lag_s = file.vehicle.thrust_curve.lag_s
     full_library = _able(library(configuration, lag_s), lacks, configuration)
     acceptable = _able(accepted_library(configuration, lag_s), lacks, configuration)
@@ -130,6 +135,7 @@ def diagnose(
         dive = known_dive
         check = check and replace(check, commands_hold=dive.commands_hold)
         fitted = fitted_nominal(dive, file, configuration_name)
+        full_library = not_quicker(full_library) if not dive.commands_hold else full_library
     if (slow := slow_loop(dive, fitted, file, configuration_name)) is not None:
         dive, fitted = slow.dive, slow.nominal
         check = check and replace(check, commands_hold=dive.commands_hold)
@@ -237,7 +243,7 @@ def diagnose(
             *((spikes_sentence(other_spiky, check.name),) if check is not None and other_spiky else ()),
             *((shafts_note(nominal.course.lag_s),) if nominal.course.by_shaft else ()),
             *recording_notes(dive, nominal),
-            *unjudged_causes(lacks_itself & {OWN_VELOCITY}),
+            *unjudged_causes(lacks_itself & {OWN_VELOCITY, OWN_DESCENT}),
         ),
         seconds=time.perf_counter() - began_s,
         prediction=prediction,
@@ -245,7 +251,7 @@ def diagnose(
         numbers=hull_with_all_causes(known, configuration),
         provisos=(
             *unjudged_notes(nominal),
-            *unjudged_causes(lacks_itself - {OWN_VELOCITY}),
+            *unjudged_causes(lacks_itself - {OWN_VELOCITY, OWN_DESCENT}),
             *unjudged_by_check(lacks - lacks_itself),
             *(unsought(nominal.course, tried) if verdict != "no_gap" else ()),
             *still,

@@ -19,7 +19,7 @@ from identify.diagnose.recording import fitted_nominal
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.words.causes import SINCE, effect_words
 from identify.dive import Dive, Signal
-from identify.effects.effect import Parameter
+from identify.effects.effect import Effect, Parameter
 from identify.estimators.missing_forces.drag_and_timing import doubts_of
 from identify.estimators.timing.thrust_delay import likeliest_delay
 from identify.ingest.commands import commands_of_unknown_loop, holding_variance_s2, sampled_slowly
@@ -125,6 +125,19 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     late = lateness_of((), now)
     early = late is not None and late.high95 < 0.0 and -step_s < late.value < EARLY * step_s
     return replace(dive, commands_hold=False) if early else dive
+
+
+def not_quicker(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The effects, of which no thruster is quicker than the vehicle file says.
+
+    Thrust that seems early by less than a step was taken for that of samples, straight between them. Through the
+    controller the later of two samples answers the readings before it, and a quicker thrust passes for that answer.
+    """
+
+    def slower(effect: Effect) -> Effect:
+        return replace(effect, parameters=tuple(replace(each, low=each.none) for each in effect.parameters))
+
+    return tuple(slower(effect) if effect.timing else effect for effect in effects)
 
 
 def with_holding_unknown(covariance: Array, causes: Sequence[Cause], dive: Dive) -> Array:

@@ -22,15 +22,16 @@ from bridge.vehicle.coefficients import (
     SURGE,
     SWAY,
 )
-from bridge.vehicle.config import Configuration, VehicleFile
+from bridge.vehicle.config import Configuration, VehicleFile, Water
 from identify.checks.fit.loud_noise import loud, loud_note
+from identify.checks.sensors.descent import depth_contradicts
 from identify.diagnose.causes.evidence import FOLDS
 from identify.diagnose.filters.nominal import Nominal, nominal_of
 from identify.diagnose.filters.regression import PIECE_S
 from identify.diagnose.gap.missing import PUSHED, disturbance_of, drowned
 from identify.dive import Dive, Signal
 from identify.effects.course import Course
-from identify.effects.effect import OWN_VELOCITY, PULSES, QUICK_COMMANDS
+from identify.effects.effect import OWN_DESCENT, OWN_VELOCITY, PULSES, QUICK_COMMANDS
 from identify.estimators.identifiability import MOST_ADDED
 from identify.estimators.refusals import longest_common_s, refuse_unmoved, refuse_unpushed, solvable
 from identify.estimators.timing.thrust_delay import coarse_delay_of_all_s, coarse_delay_s
@@ -114,14 +115,16 @@ def without_still_velocity(dive: Dive, name: str = "") -> tuple[Dive, tuple[str,
     )
 
 
-def lacking(dive: Dive, check: Dive | None, configuration: Configuration) -> frozenset[str]:
+def lacking(dive: Dive, check: Dive | None, configuration: Configuration, water: Water) -> frozenset[str]:
     """The inputs that effects need (`Effect.needs`) and that a dive or its check dive lacks; a late thrust need not
     show in the check dive."""
     dives = [dive] if check is None else [dive, check]
+    filtered = [each.velocity_is_filtered and _has_velocity(each) for each in dives]
     has = {
         PULSES: all(tells_thrusters(each, configuration) for each in dives),
         QUICK_COMMANDS: not _seldom(dive, configuration),
-        OWN_VELOCITY: not any(each.velocity_is_filtered and _has_velocity(each) for each in dives),
+        OWN_VELOCITY: not any(filtered),
+        OWN_DESCENT: not filtered[0] or depth_contradicts(dive, water),
     }
     return frozenset(name for name, is_there in has.items() if not is_there)
 
@@ -135,6 +138,8 @@ def unjudged_causes(lacks: Collection[str]) -> tuple[str, ...]:
         "them at 10 Hz or more.",
         OWN_VELOCITY: "The velocity is that of an autopilot's filter. How late it is was fitted with the nominal "
         "model, and a late DVL was not judged; record the DVL's own readings for that.",
+        OWN_DESCENT: "An autopilot's filter takes its speed up and down from the depth sensor as well: a wrong scale "
+        "of that sensor was not judged.",
     }
     return tuple(sentence for name, sentence in words.items() if name in lacks)
 

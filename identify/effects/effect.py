@@ -51,8 +51,9 @@ ModelPart = Literal[
 
 
 PULSES, QUICK_COMMANDS, OWN_VELOCITY = "pulses", "quick commands", "a sensor's own velocity"
-"""Requirements of effects on a recording: each thruster's own command, commands known at all times, and a velocity
-that no autopilot has filtered."""
+OWN_DESCENT = "a descent beside the depth"
+"""Requirements of effects on a recording: each thruster's own command, commands known at all times, a velocity that no
+autopilot has filtered, and a speed up and down that is not the depth's own rate."""
 
 SIZES = (0.5, 1.0, 2.0, 4.0)
 """Sizes to try for an effect whose shape changes with its size."""
@@ -203,7 +204,7 @@ class Effect:
     - linear: its contribution is proportional to the distance of its parameters from `none`.
     - number: the thruster that it concerns, from 1; 0 for all.
     - needs: data that the recording must hold in addition to motion and thrust (`PULSES`, `QUICK_COMMANDS`,
-      `OWN_VELOCITY` or the name of a signal); otherwise the effect is not tried.
+      `OWN_VELOCITY`, `OWN_DESCENT` or the name of a signal); otherwise the effect is not tried.
     - growth_is_apart: its growth over a dive counts as a different effect.
     - feedforward: the parameter group with which the feed-forward compensates it, "" if it can't.
     - variant: the form, if several forms share a name; they are the same cause.

@@ -5,7 +5,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.vehicle.config import GRAVITY_M_S2
 from identify.effects.course import Course, delayed, runs_at
-from identify.effects.effect import OWN_VELOCITY, SIZES, Act, Effect, Parameter, Separation
+from identify.effects.effect import OWN_DESCENT, OWN_VELOCITY, SIZES, Act, Effect, Parameter, Separation
 
 
 def _scale(course: Course, values: Array) -> Act:
@@ -39,6 +39,7 @@ DEPTH_SCALE = Effect(
         manoeuvres=("known steps of depth, and the reading at the surface",),
         sensors=("a second depth sensor, an altimeter over a flat bottom, or a DVL's heave",),
     ),
+    needs=(OWN_DESCENT,),
     # Depth beside the speed up and down tells the ratio of both scales.
     may_be=(DVL_SCALE, np.reciprocal),
 )

@@ -28,7 +28,7 @@ from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
 from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.effects.sensors import DVL_DELAY
+from identify.effects.sensors import DEPTH_SCALE, DVL_DELAY
 from identify.estimators.refusals import refuse_unmoved, refuse_unpushed
 from tui.cli import main
 
@@ -199,6 +199,18 @@ def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_cur
     assert [finding.name for finding in diagnosis.findings] == ["quadratic_drag"]
 
 
+def sinking_twice_as_deep(dive):
+    """A level dive whose depth changes by twice the way that the velocity up and down makes."""
+    time_s = np.arange(0.0, 150.0, 0.1)
+    sensed = np.column_stack([0.0 * time_s, 0.0 * time_s, 0.3 * np.sin(time_s / 4.0)])
+    return replace(
+        dive,
+        velocity=Signal(time_s, sensed),
+        attitude=Signal(time_s, np.tile([1.0, 0.0, 0.0, 0.0], (len(time_s), 1))),
+        depth=Signal(time_s, 5.0 - 2.0 * 0.3 * 4.0 * np.cos(time_s / 4.0)[:, None]),
+    )
+
+
 def with_an_output_of_no_number(dive):
     """TAU_CMD alone knows the wrench then."""
     value = dive.pwm.value.copy()
@@ -214,17 +226,23 @@ def with_an_output_of_no_number(dive):
         (with_an_output_of_no_number, (DEAD_ZONE,), ("SERVO_OUTPUT_RAW",)),
         (lambda dive: replace(dive, pwm=Signal(dive.pwm.time_s[::10], dive.pwm.value[::10]), tau_cmd=None),
          (COMMAND_DELAY,), ("a delay or a lag of the thrusters was not judged",)),
-        (lambda dive: replace(dive, velocity_is_filtered=True), (DVL_DELAY,), ("a late DVL was not judged",)),
+        (lambda dive: replace(dive, velocity_is_filtered=True), (DVL_DELAY, DEPTH_SCALE),
+         ("a late DVL was not judged", "a wrong scale of that sensor was not judged")),
+        (lambda dive: replace(sinking_twice_as_deep(dive), velocity_is_filtered=True), (DVL_DELAY,),
+         ("a late DVL was not judged",)),
         (lambda dive: replace(without_velocity(dive), velocity_is_filtered=True), (), ()),
     ],
     ids=["whole", "no pulses", "an output of no number", "seldom commands", "an autopilot's velocity",
-         "an autopilot's that is no number"],
+         "an autopilot's that depth contradicts", "an autopilot's that is no number"],
 )  # fmt: skip
 def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spoilt, unjudged, words):
     lacks = lacking(
-        spoilt(dive_of(case)), dive_of(case), case.file.vehicle.configurations[case.configuration]
+        spoilt(dive_of(case)),
+        dive_of(case),
+        case.file.vehicle.configurations[case.configuration],
+        case.file.vehicle.water,
     )
-    tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, QUADRATIC_DRAG)
+    tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, DEPTH_SCALE, QUADRATIC_DRAG)
     shape = case.file.vehicle.configurations[case.configuration]
     assert {*tried} - {*module._able(tried, lacks, shape)} == {*unjudged}
     # A hull that has the drag itself can't lack it.

@@ -12,6 +12,7 @@ from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.lateness import (
     beyond_step,
+    not_quicker,
     slow_loop,
     with_holding_unknown,
     with_known_holding,
@@ -48,6 +49,14 @@ def logged(loop_s, log_s, delay_s=0.0, noise=1e-3):
 def test_thrust_tells_a_loop_s_commands_from_samples_of_a_faster_one(loop_s, log_s, hold):
     dive = logged(loop_s, log_s)
     assert with_known_holding(dive, fitted_nominal(dive, FILE, "only")).commands_hold is hold
+
+
+def test_of_samples_of_a_faster_loop_no_thruster_seems_quicker_than_the_file_says_and_any_may_be_slower():
+    lag, delay, dead = not_quicker((thruster_lag(0.2)[0], COMMAND_DELAY, DEAD_ZONE))
+    within = [Cause(lag, np.array([value])).within_bounds for value in (0.1, 0.199, 0.2, 0.3)]
+    assert within == [False, False, True, True]
+    assert Cause(delay, np.array([0.1])).within_bounds
+    assert dead is DEAD_ZONE
 
 
 def test_thrust_that_is_later_than_slow_samples_make_it_is_not_of_commands_that_hold():

@@ -145,9 +145,9 @@ def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judge
     assert (loose.hidden[[0, 1, 5]] > 0.1).all()
     assert (known.sampled_s, loose.sampled_s) == (0.0, 0.5 * SELDOM_S)
     missed = replace(by_law, reckoned=replace(by_law.reckoned, share=0.2))
-    assert QUICK_COMMANDS in lacking(missed, None, shape)
-    assert QUICK_COMMANDS not in lacking(by_law, None, shape)
-    assert QUICK_COMMANDS not in lacking(replace(by_law, reckoned=None), None, shape)
+    assert QUICK_COMMANDS in lacking(missed, None, shape, FILE.vehicle.water)
+    assert QUICK_COMMANDS not in lacking(by_law, None, shape, FILE.vehicle.water)
+    assert QUICK_COMMANDS not in lacking(replace(by_law, reckoned=None), None, shape, FILE.vehicle.water)
 
 
 def test_a_late_thrust_is_judged_though_the_check_dive_tells_none():
@@ -155,8 +155,8 @@ def test_a_late_thrust_is_judged_though_the_check_dive_tells_none():
     shape = next(iter(FILE.vehicle.configurations.values()))
     by_law = with_reckoned_pulses(dive)
     missed = replace(by_law, reckoned=replace(by_law.reckoned, share=0.2))
-    assert QUICK_COMMANDS not in lacking(by_law, missed, shape)
-    assert QUICK_COMMANDS in lacking(missed, by_law, shape)
+    assert QUICK_COMMANDS not in lacking(by_law, missed, shape, FILE.vehicle.water)
+    assert QUICK_COMMANDS in lacking(missed, by_law, shape, FILE.vehicle.water)
 
 
 def test_a_reckoned_pulse_answers_no_reading_before_its_time():

@@ -51,6 +51,12 @@ def descent(dive: Dive, water: Water) -> Scale | None:
     return scale_of(fallen, integrated, np.column_stack([np.ones(len(integrated)), *aside]))
 
 
+def depth_contradicts(dive: Dive, water: Water) -> bool:
+    """Whether depth and the downward velocity can't share a scale."""
+    scale = descent(dive, water)
+    return scale is not None and scale.contradicts(LARGEST_DESCENT_OFF)
+
+
 def descent_doubts(dive: Dive, water: Water) -> tuple[Doubt, ...]:
     """Return a doubt about the DVL's scale if depth contradicts it."""
     scale = descent(dive, water)
