@@ -22,7 +22,7 @@ from identify.diagnose.filters.regression import LEVELLED
 from identify.diagnose.gap.drift import EVERY_S, HORIZONS_S, floors_of
 from identify.diagnose.gap.measured import FIVE_S
 from identify.diagnose.gap.simulation import Simulation, simulation_of
-from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.nominal_fit import fitted_nominal
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
 from identify.effects.environment import varying_current, waves

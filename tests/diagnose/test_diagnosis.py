@@ -14,16 +14,13 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import Prior
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.tlog import tlog_of
-from identify.diagnose import diagnose as module
+from identify.diagnose import diagnose as answered
+from identify.diagnose import prepared as module
+from identify.diagnose.cleaned import refuse_short
 from identify.diagnose.diagnose import diagnose
-from identify.diagnose.recording import (
-    lacking,
-    refuse_short,
-    short_check_note,
-    short_dive_note,
-    unjudged_causes,
-)
+from identify.diagnose.notes import short_check_note, short_dive_note
 from identify.diagnose.result import plain
+from identify.diagnose.unjudged import able, lacking, unjudged_causes
 from identify.dive import Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, THRUST_GAIN
 from identify.effects.environment import STEADY_CURRENT
@@ -124,7 +121,7 @@ def test_the_feed_forward_would_gain_by_it(diagnosis):
 def test_a_simulator_that_is_known_by_a_dive_holds_also_a_cause_that_is_not_accepted(
     case, diagnosis, monkeypatch
 ):
-    monkeypatch.setattr(module, "unexplained_nats", lambda _left: 1e9)
+    monkeypatch.setattr(answered, "unexplained_nats", lambda _left: 1e9)
     unsure = diagnosed(case, QUADRATIC_DRAG)
     assert [effect.name for effect in diagnosis.accepted.effects] == ["quadratic_drag"]
     assert unsure.accepted.effects == ()
@@ -244,9 +241,9 @@ def test_causes_that_need_what_was_not_recorded_are_not_tried_and_told(case, spo
     )
     tried = (DEAD_ZONE, COMMAND_DELAY, DVL_DELAY, DEPTH_SCALE, QUADRATIC_DRAG)
     shape = case.file.vehicle.configurations[case.configuration]
-    assert {*tried} - {*module._able(tried, lacks, shape)} == {*unjudged}
+    assert {*tried} - {*able(tried, lacks, shape)} == {*unjudged}
     # A hull that has the drag itself can't lack it.
-    left = {*tried} - {*module._able(tried, lacks, replace(shape, damping="both"))}
+    left = {*tried} - {*able(tried, lacks, replace(shape, damping="both"))}
     assert left == {*unjudged, QUADRATIC_DRAG}
     for sentence, name in zip(unjudged_causes(lacks), words, strict=True):
         assert name in sentence

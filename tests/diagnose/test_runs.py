@@ -13,11 +13,11 @@ from bridge.vehicle.config import Water
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.sensors.descent import descent
 from identify.checks.sensors.windows import within_runs
+from identify.diagnose.cleaned import refuse_short_runs
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.filters.innovations import autoregressions_of
 from identify.diagnose.filters.regression import pieces_of, regression_of
 from identify.diagnose.gap.simulation import EACH, simulation_of, smoothed_angle
-from identify.diagnose.recording import refuse_short_runs
 from identify.diagnose.remainder.bursts import bursts
 from identify.diagnose.shrink.held_out import held_windows, stitched_windows
 from identify.dive import Dive, Signal

@@ -10,7 +10,8 @@ from fakes.planted import diagnosed, planted_nominal
 from bridge.vehicle.config import VehicleFile
 from identify.challenge.case import dive_of, draw_case
 from identify.checks.actuation.thrust_response import mounting_hints
-from identify.diagnose.recording import idle_note, mass_hints, without_spikes, without_still_velocity
+from identify.diagnose.cleaned import without_spikes, without_still_velocity
+from identify.diagnose.notes import idle_note, mass_hints
 from identify.dive import Dive, Signal
 from identify.effects.hydrodynamics import QUADRATIC_DRAG
 

@@ -19,7 +19,7 @@ from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.backwards import scores, scores_of_each
 from identify.diagnose.filters.nominal import Nominal, nominal_of, refitted
 from identify.diagnose.filters.regression import regression_of
-from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.nominal_fit import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
 from identify.diagnose.remainder.bursts import _AxisScores, _Stretches, _StretchScores, bursts, mixture_gain
 from identify.diagnose.remainder.slow import slow_axes, slow_forces

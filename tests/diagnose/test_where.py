@@ -33,8 +33,9 @@ from identify.diagnose.gap.missing import (
     with_unexplained,
 )
 from identify.diagnose.gap.simulation import EACH, missing_wrench_of, simulation_of, slope_of
-from identify.diagnose.recording import outliers_note, unjudged_notes
+from identify.diagnose.notes import outliers_note
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
+from identify.diagnose.unjudged import unjudged_notes
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.likelihood.axis import DAMPING, TIME_CONSTANT
 

@@ -10,7 +10,7 @@ from test_judged import FILE, SECONDS, YAW, commanded, moved
 from identify.diagnose.accepted_before import library_with_changes
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.slow_samples import MOST_LATE
-from identify.diagnose.lateness import (
+from identify.diagnose.holding import (
     beyond_step,
     not_quicker,
     slow_loop,
@@ -18,7 +18,7 @@ from identify.diagnose.lateness import (
     with_known_holding,
     within_step_note,
 )
-from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.nominal_fit import fitted_nominal
 from identify.diagnose.result import Finding, Value
 from identify.dive import Dive, Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag

@@ -13,7 +13,7 @@ from bridge.vehicle.thrusters import QuadraticCurve
 from identify.diagnose.filters.nominal import nominal_of
 from identify.diagnose.filters.slow_samples import late_samples_s, with_later_commands
 from identify.diagnose.gap.simulation import simulation_of
-from identify.diagnose.recording import fitted_nominal
+from identify.diagnose.nominal_fit import fitted_nominal
 from identify.dive import Dive, Signal
 from identify.estimators.answer import answered
 from identify.estimators.axes.build import build_axes

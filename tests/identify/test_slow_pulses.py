@@ -13,7 +13,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.filters.nominal import nominal_of
-from identify.diagnose.recording import lacking
+from identify.diagnose.unjudged import lacking
 from identify.dive import Dive, Reckoned, Signal
 from identify.effects.effect import QUICK_COMMANDS
 from identify.ingest.open import read_dive
