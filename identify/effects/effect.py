@@ -51,7 +51,7 @@ ModelPart = Literal[
 
 
 PULSES, QUICK_COMMANDS, OWN_VELOCITY = "pulses", "quick commands", "a sensor's own velocity"
-OWN_DESCENT = "a descent beside the depth"
+OWN_DESCENT = "no speed up and down that is made of the depth itself"
 """Requirements of effects on a recording: each thruster's own command, commands known at all times, a velocity that no
 autopilot has filtered, and a speed up and down that is not the depth's own rate."""
 
