@@ -15,12 +15,13 @@ from bridge.vehicle.config import VehicleFile
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.filters.slow_samples import MOST_LATE
-from identify.diagnose.lateness import lateness_of
+from identify.diagnose.lateness import tests_of
 from identify.diagnose.nominal_fit import fitted_nominal
 from identify.diagnose.result import Finding, Value
 from identify.diagnose.words.causes import SINCE, effect_words
 from identify.dive import Dive, Signal
 from identify.effects.effect import Effect, Parameter
+from identify.estimators.timing.sampled_commands import with_samples
 from identify.estimators.timing.thrust_delay import likeliest_delay
 from identify.ingest.commands import commands_of_unknown_loop, holding_variance_s2, sampled_slowly
 from identify.thrust.wrench import wrench
@@ -30,9 +31,8 @@ LEAST_GAIN, LEAST_OF_EACH = 7.0, 0.1
 """Nats by which commands must be likelier to be samples; and for each command, by which they must be likelier to hold.
 """
 
-EARLY, HELD = -0.1, 0.3
-"""Shares of the step between two commands: thrust that acts earlier than by the first is no thrust of commands that
-hold, and thrust that acts later than by the second none of a faster loop."""
+HELD = 0.3
+"""Share of the step between two commands: thrust that acts later than by this is none of a faster loop."""
 
 
 @dataclass(frozen=True)
@@ -155,8 +155,8 @@ def _at_likeliest_delay(dive: Dive, now: Nominal, file: VehicleFile, configurati
 def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     """The dive with commands that hold, or are samples of a faster loop, where its thrust shows other than their rate.
 
-    Thrust of a loop that is much faster than the recording acts half a step earlier than thrust that holds. A delay of
-    the thrusters hides the first, and can look like the second. Where the controller logs its wrench the loop is known.
+    A delay of the thrusters hides samples, and can look like commands that hold. Where the controller logs its wrench
+    the loop is known.
     """
     commands = commands_of_unknown_loop(dive)
     if commands is None or _is_slow_and_delayed(commands, dive, now):
@@ -165,9 +165,7 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
     if sampled_slowly(commands):
         held = HELD * step_s < now.late_samples_s < MOST_LATE * step_s
         return replace(dive, commands_hold=True) if held else dive
-    late = lateness_of((), now)
-    early = late is not None and late.high95 < 0.0 and -step_s < late.value < EARLY * step_s
-    return replace(dive, commands_hold=False) if early else dive
+    return with_samples(dive, tests_of(now))
 
 
 def not_quicker(effects: Sequence[Effect]) -> tuple[Effect, ...]:

@@ -1,7 +1,6 @@
 """How late the thrust of a dive acts, beyond the vehicle file: by its causes and by the fit's residual lateness.
 
-Each axis tests its own thrust for lateness (`misfit.doubts_of`). The axes are averaged by their precision; where they
-disagree beyond their errors, the error of the mean grows by as much (Birge 1932).
+Each axis tests its own thrust for lateness (`drag_and_timing.doubts_of`).
 """
 
 from collections.abc import Sequence
@@ -10,8 +9,15 @@ import numpy as np
 
 from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.result import Finding, Value
-from identify.estimators.missing_forces.drag_and_timing import doubts_of
-from identify.statistics import Z95, birge_mean
+from identify.estimators.missing_forces.drag_and_timing import Doubts, doubts_of
+from identify.estimators.timing.sampled_commands import mean_lateness_s
+from identify.statistics import Z95
+
+
+def tests_of(now: Nominal) -> tuple[Doubts, ...]:
+    """The tests of each axis whose controller used recorded readings."""
+    tests = doubts_of(now.joint, now.theta)
+    return tuple(test for dof, test in tests.items() if dof not in now.feedback_unrecorded)
 
 
 def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:
@@ -19,17 +25,10 @@ def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:
 
     `now`: the filters fitted together with the causes found.
     """
-    tests = [
-        test.late
-        for dof, test in doubts_of(now.joint, now.theta).items()
-        if dof not in now.feedback_unrecorded
-    ]
-    tests = [test for test in tests if test.score and test.size]
-    if not tests:
+    mean = mean_lateness_s(tests_of(now))
+    if mean is None:
         return None
-    left = np.array([test.size for test in tests])
-    mean, std = birge_mean(left, np.diag([(test.size / test.score) ** 2 for test in tests]))
-    late, variance = mean, std**2
+    late, variance = mean[0], mean[1] ** 2
     for finding in findings:
         effect = finding.cause.effect
         if effect.timing:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_judged import FILE, SECONDS, YAW, commanded, moved
+from test_judged import FILE, MASS, SECONDS, YAW, commanded, moved
 
 from identify.diagnose.accepted_before import library_with_changes
 from identify.diagnose.causes.candidates import Cause
@@ -22,6 +22,7 @@ from identify.diagnose.nominal_fit import fitted_nominal
 from identify.diagnose.result import Finding, Value
 from identify.dive import Dive, Signal
 from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag
+from identify.estimators.likelihood.answer import estimate
 from identify.estimators.timing.lateness import by_lateness
 from identify.ingest.commands import unknown_between
 
@@ -49,6 +50,16 @@ def logged(loop_s, log_s, delay_s=0.0, noise=1e-3):
 def test_thrust_tells_a_loop_s_commands_from_samples_of_a_faster_one(loop_s, log_s, hold):
     dive = logged(loop_s, log_s)
     assert with_known_holding(dive, fitted_nominal(dive, FILE, "only")).commands_hold is hold
+
+
+@pytest.mark.parametrize("loop_s", [0.01, 0.05], ids=["a fast loop at 20 Hz", "a loop of 20 Hz"])
+def test_identification_takes_early_thrust_for_that_of_samples_and_for_no_wrong_clock(loop_s):
+    answer = estimate(logged(loop_s, 0.05), FILE, "only", lambda *_: None)
+    inertia = answer.parameters[YAW]
+    assert inertia.identifiable
+    assert inertia.value == pytest.approx(MASS[YAW], abs=0.01)
+    assert not any("thrust acts at another time" in doubt.sentence for doubt in answer.doubts)
+    assert (answer.notes[0].startswith("Thruster commands are taken for samples")) is (loop_s == 0.01)
 
 
 def test_of_samples_of_a_faster_loop_no_thruster_seems_quicker_than_the_file_says_and_any_may_be_slower():

@@ -95,7 +95,7 @@ def build_axes(
             # Thrust that answers to the turning brakes it, and samples of it look like noise.
             return (
                 f"hardly any thrust went into {DOFS[dof]}, as where an autopilot holds it, and commands that are known "
-                f"every {forces.sampled_s:.2g} s hide its answers; push there, or record commands at 20 Hz or more"
+                f"every {forces.sampled_s:.2g} s hide its answers; push there, or record commands more often"
             )
         events = events_of(dof, read, spans_s)
         if events is None:

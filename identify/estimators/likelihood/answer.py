@@ -28,7 +28,8 @@ from identify.estimators.likelihood.axis import DISTURBANCE, FORCES, TIME_CONSTA
 from identify.estimators.likelihood.fit import JointFit, fit_axes
 from identify.estimators.mass_by_run import kinds_of_runs
 from identify.estimators.missing_forces.drag_and_timing import Doubts, doubts_of
-from identify.estimators.timing.autopilot_velocity import shared_axes
+from identify.estimators.timing.autopilot_velocity import lasting_axes, shared_axes
+from identify.estimators.timing.sampled_commands import with_samples
 from identify.estimators.timing.thrust_timing import Timed, with_timing
 from identify.identification import Estimate, Identification, Information
 from identify.nuisance import Nuisance
@@ -56,13 +57,20 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     built = axes.value
     configuration = file.vehicle.configurations[configuration_name]
     spoilt = {finding.dof: finding for finding in unrecorded(dive, file.vehicle.water)}
-    joint = fit_axes(built, configuration, progress, spoilt)
+    refit = partial(fit_axes, configuration=configuration, progress=progress, feedback_unrecorded=spoilt)
+    joint = refit(built)
     tests = doubts_of(joint.joint, joint.theta)
+    sampled = with_samples(dive, (test for dof, test in tests.items() if dof not in spoilt))
+    if joint.fits and sampled is not dive:
+        progress(1.0, "taking commands for samples of a faster loop")
+        dive = sampled
+        built = lasting_axes(with_depth_of_the_dvl(dive, file.vehicle.water), file, configuration_name)
+        joint = refit(built)
+        tests = doubts_of(joint.joint, joint.theta)
     timed, curve = Timed(built, joint), file.vehicle.thrust_curve
     seems_late = _seems_late(tests, built, spoilt)
     if joint.fits and (seems_late or curve.lag_s == curve.delay_s == 0.0):
         progress(1.0, "looking for the delay of the thrust")
-        refit = partial(fit_axes, configuration=configuration, progress=progress, feedback_unrecorded=spoilt)
         timed = with_timing(
             dive, file, configuration_name, timed, refit, seems_late,
             lambda fit: _seems_late(doubts_of(fit.joint, fit.theta), built, spoilt),
