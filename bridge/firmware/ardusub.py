@@ -177,6 +177,7 @@ ARDUSUB: Final = Firmware(
     corners={"gyro": "INS_GYRO_FILTER", "specific_force": "INS_ACCEL_FILTER"},
     stamped_s=2.5e-3,
     loop_s=2.5e-3,
+    loop="SCHED_LOOP_RATE",
     holds_pressure=True,
     # Before version 4.7 and since.
     system_names=("SYSID_THISMAV", "MAV_SYSID"),

@@ -63,8 +63,9 @@ class Firmware:
 
     How its recordings are read: `corners`, by signal (gyro, specific_force) the parameter with the corner frequency of
     its low-pass filter, Hz; `stamped_s`, how far its stamps and a companion's are apart; `loop_s`, the step of the loop
-    whose pulses SERVO_OUTPUT_RAW samples, 0 where it sends each change; `holds_pressure`: SCALED_PRESSURE2 is older
-    than its stamp; `system_names`, the parameters that may have its system id.
+    whose pulses SERVO_OUTPUT_RAW samples, 0 where it sends each change, and `loop`, the parameter with that loop's
+    rate, Hz; `holds_pressure`: SCALED_PRESSURE2 is older than its stamp; `system_names`, the parameters that may have
+    its system id.
 
     How it behaves: `serves_unheard`: it executes orders to a component that it has not heard; `hides_companions`:
     it sends a companion's messages to those links alone on which it hears somebody; `holds_motor_test`: a motor
@@ -98,6 +99,7 @@ class Firmware:
     never_asked: frozenset[int] = frozenset()
     corners: Mapping[str, str] = field(default_factory=dict)
     loop_s: float = 0.0
+    loop: str = ""
     holds_pressure: bool = False
     system_names: tuple[str, ...] = ()
     serves_unheard: bool = False

@@ -157,7 +157,7 @@ def diagnose(
             *mass_hints(explanation.now, [std[MASS] for std in known.stds()], configuration),
             *ready.accepted.sentences(ready.held),
             *shown_note(shown),
-            *within_step_note(within_step),
+            *within_step_note(within_step, ready.loop.as_recorded),
             *ran_away(measured.drift_before, measured.drift_after),
             *overstated_note(heldout),
             *short_dive_note(dive),

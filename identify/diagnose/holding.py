@@ -84,8 +84,8 @@ class Loop:
 
     def able(self, effects: Sequence[Effect]) -> tuple[Effect, ...]:
         """The effects of which this dive can tell."""
-        early = self.slow is None and self.dive is not self.as_recorded and not self.dive.commands_hold
-        return not_quicker(effects) if early else tuple(effects)
+        sampled = self.slow is None and self.dive.commands_hold is False
+        return not_quicker(effects) if sampled else tuple(effects)
 
     def known(self, covariance: Array, causes: Sequence[Cause]) -> Array:
         """The covariance (k, k) of causes' present parameters, with the doubt about the time between two commands."""
@@ -171,8 +171,8 @@ def with_known_holding(dive: Dive, now: Nominal) -> Dive:
 def not_quicker(effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects, of which no thruster is quicker than the vehicle file says.
 
-    Thrust that seems early by less than a step was taken for that of samples, straight between them. Through the
-    controller the later of two samples answers the readings before it, and a quicker thrust passes for that answer.
+    Between samples the thrust goes straight. Through the controller the later of two samples answers the readings
+    before it, and a quicker thrust passes for that answer.
     """
 
     def slower(effect: Effect) -> Effect:
@@ -210,9 +210,11 @@ def beyond_step(findings: Sequence[Finding], dive: Dive) -> tuple[tuple[Finding,
     return beyond, within
 
 
-def within_step_note(within: Sequence[Finding]) -> tuple[str, ...]:
-    """A sentence on each late thrust that the unknown between two commands may be."""
-    return tuple(_within_step(finding, finding.cause.effect.parameters[0]) for finding in within)
+def within_step_note(within: Sequence[Finding], dive: Dive) -> tuple[str, ...]:
+    """A sentence on each late thrust that the unknown between two commands may be, and what a crew can say of them."""
+    known = dive.commands_hold is not None
+    say = "" if known else " If each command holds until the next, say `commands_hold` in the column map."
+    return tuple(f"{_within_step(each, each.cause.effect.parameters[0])}{say}" for each in within)
 
 
 def _within_step(finding: Finding, parameter: Parameter) -> str:
@@ -221,5 +223,5 @@ def _within_step(finding: Finding, parameter: Parameter) -> str:
     return (
         f"{capital(effect_words(finding.cause.effect))} is no cause: with {number} s (95 %: {interval}) the dive is "
         f"likelier than with the vehicle file's {parameter.none:g} s, but what is unknown of the thrust between two "
-        "commands does as much. If each command holds until the next, say `commands_hold` in the column map."
+        "commands does as much."
     )

@@ -77,6 +77,13 @@ def test_thrust_that_is_later_than_slow_samples_make_it_is_not_of_commands_that_
     assert with_known_holding(dive, replace(now, late_samples_s=1.01 * MOST_LATE * 0.1)) is dive
 
 
+@pytest.mark.parametrize(("hold", "taken_up"), [(None, True), (False, False)])
+def test_what_is_known_to_be_sampled_is_not_late_by_its_sampling(hold, taken_up):
+    """Thrust 45 ms late: of commands that may hold for 0.1 s it is no wonder, of samples it is the thrusters'."""
+    dive = replace(logged(0.01, 0.1, 0.045), commands_hold=hold)
+    assert (fitted_nominal(dive, FILE, "only").late_samples_s > 0.03) is taken_up
+
+
 def test_the_loop_is_known_where_pulses_and_the_controller_s_wrench_are_recorded():
     dive = logged(0.1, 0.1)
     both = replace(dive, pwm=Signal(dive.tau_cmd.time_s, np.full((len(dive.tau_cmd), 6), 1500.0)))
@@ -96,9 +103,12 @@ def test_ten_commands_a_second_are_those_of_a_controller_that_logs_its_own_wrenc
     assert unknown_between(replace(dive, tau_pid=dive.tau_cmd), seldom)
 
 
-@pytest.mark.parametrize(("hold", "more_s"), [(None, 0.1 / np.sqrt(12.0)), (True, 0.0), (False, 0.0)])
+@pytest.mark.parametrize(("hold", "more_s"), [(None, 0.1 / np.sqrt(12.0)), (True, 0.0), (False, 0.01)])
 def test_a_delay_is_known_to_the_step_between_two_commands_where_nobody_says_that_they_hold(hold, more_s):
-    dive = replace(logged(0.1, 0.1), commands_hold=hold)
+    """And to a tenth of it where they are samples of pulses."""
+    dive = logged(0.1, 0.1)
+    pulses = Signal(dive.tau_cmd.time_s, np.full((len(dive.tau_cmd), 6), 1500.0))
+    dive = replace(dive, commands_hold=hold, pwm=pulses, tau_cmd=None)
     causes = [Cause(DEAD_ZONE, np.array([1.0])), Cause(COMMAND_DELAY, np.array([0.3]))]
     wider = with_holding_unknown(np.diag([4.0, 1e-4]), causes, dive)
     assert np.diag(wider) == pytest.approx([4.0, 1e-4 + more_s**2], rel=1e-6)
@@ -138,10 +148,13 @@ def test_a_delay_in_slow_commands_is_without_their_step_where_thrust_tells_it_an
 
 
 @pytest.mark.parametrize(
-    ("hold", "late_s", "is_cause"), [(None, 0.06, False), (None, 0.12, True), (True, 0.06, True)]
+    ("hold", "late_s", "is_cause"),
+    [(None, 0.06, False), (None, 0.12, True), (True, 0.06, True), (False, 0.06, False), (False, 0.12, True)],
 )
 def test_a_late_thrust_is_no_cause_where_the_step_between_two_commands_may_be_it(hold, late_s, is_cause):
-    dive = replace(logged(0.05, 0.05), commands_hold=hold)
+    dive = logged(0.05, 0.05)
+    pulses = Signal(dive.tau_cmd.time_s, np.full((len(dive.tau_cmd), 6), 1500.0))
+    dive = replace(dive, commands_hold=hold, pwm=pulses, tau_cmd=None)
     (lag, _), dead = thruster_lag(0.05), Cause(DEAD_ZONE, np.array([1.0]))
     told = Value(late_s, "s", 0.04 if late_s < 0.1 else 0.1, late_s + 0.02)
     late = Finding(Cause(lag, np.array([late_s])), (), {}, 0.9, {"time_constant": told}, 50.0)
@@ -149,9 +162,10 @@ def test_a_late_thrust_is_no_cause_where_the_step_between_two_commands_may_be_it
     causes, within = beyond_step((late, other), dive)
     assert causes[-1] is other
     assert (late in [*causes[:-1]], [*within]) == (is_cause, [] if is_cause else [late])
-    notes = within_step_note(within)
+    notes = within_step_note(within, dive)
     assert len(notes) == len(within)
-    assert all("Thruster lag is no cause: with 0.06" in note and "`commands_hold`" in note for note in notes)
+    assert all("Thruster lag is no cause: with 0.06" in note for note in notes)
+    assert all(("`commands_hold`" in note) is (hold is None) for note in notes)
 
 
 def test_commands_without_a_delay_or_at_twenty_a_second_are_of_no_slow_loop():

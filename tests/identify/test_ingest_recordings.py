@@ -324,6 +324,25 @@ def test_samples_of_a_loop_are_dated_when_their_changes_came_on_average(
         assert np.mean(off) == pytest.approx(0.0, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    ("autopilot", "rate_hz", "loop_hz", "hold"),
+    [(3, 20.0, 400.0, False), (3, 20.0, None, None), (3, 30.0, 50.0, None), (3, 10.0, None, False),
+     (3, 50.0, 400.0, None), (3, 2.0, 400.0, None), (12, 10.0, 400.0, None)],
+    ids=["a stated loop", "no stated loop", "nearly the loop's own", "slower than any loop", "dated", "seldom",
+         "another firmware's"],
+)  # fmt: skip
+def test_an_autopilots_pulses_are_samples_of_its_loop_where_that_is_faster_for_certain(
+    tmp_path: Path, autopilot: int, rate_hz: float, loop_hz: float | None, hold: bool | None
+) -> None:
+    stamped: list[Stamped] = [(0.0, 1, 1, heartbeat(autopilot=autopilot))]
+    if loop_hz:
+        stamped.append((0.0, 1, 1, mav.MAVLink_param_value_message(b"SCHED_LOOP_RATE", loop_hz, 9, 1356, 7)))
+    for k in range(60):
+        t = 1.0 + k / rate_hz
+        stamped += [(t, 1, 1, servos(round(t * 1e6), [1500 + k % 7, 1600])), (t, 1, 1, attitude(t, 0.0))]
+    assert read_dive(write(tmp_path / "a.tlog", recording(stamped))).commands_hold is hold
+
+
 def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drifts(tmp_path: Path) -> None:
     """A controller's tick: of NU_FB a moment after TAU_PID the check of a closed loop would take the tick before."""
     stamped: list[Stamped] = []

@@ -90,6 +90,13 @@ def test_a_log_dropped_into_the_folder_fills_up_what_came_rarely(tmp_path):
     assert len(whole.gyro) == len(alone.gyro)
 
 
+def test_how_filled_up_pulses_were_recorded_is_known_by_the_log(tmp_path):
+    telemetry = heard(tmp_path / "t.tlog", turning := Turning())
+    logged(log := tmp_path / "1.BIN", turning, since_its_own_boot())
+    samples = read_tlog([telemetry], "t.tlog") | {"commands_hold": False}
+    assert merged(samples, [telemetry], log)["commands_hold"] is None
+
+
 def test_what_was_never_heard_is_brought_and_what_lies_beyond_the_dive_is_not(tmp_path):
     turning = Turning()
     folder = folder_of(tmp_path, turning, seconds=200.0, pwm_hz=20.0)

@@ -9,9 +9,11 @@ from identify.dive import Dive, Signal
 from identify.estimators.likelihood.start import StartFit
 from identify.ingest.commands import SELDOM_HZ
 
-MOST_LATE = 0.75
-"""Largest delay, in samples, that slow sampling explains: half a sample if each holds until the next, and the error of
-the fit."""
+HALF_STEP, OF_FIT = 0.5, 0.25
+"""Delays, in samples: of commands that hold until the next, and by the error of the fit."""
+
+MOST_LATE = HALF_STEP + OF_FIT
+"""Largest delay, in samples, that slow sampling explains where each command may hold until the next."""
 
 
 def late_samples_s(start: StartFit) -> float:
@@ -38,7 +40,8 @@ def late_samples_s(start: StartFit) -> float:
 def is_delayed(late_s: float, dive: Dive, start: StartFit) -> bool:
     """Whether the thrust is later than sampling can explain, in a recording from which a delay can be known at all."""
     sampled_s = max(problem.axis.sampled_s for problem in start.joint.problems)
-    return dive.reckoned is None and MOST_LATE * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
+    most = OF_FIT if dive.commands_hold is False else MOST_LATE
+    return dive.reckoned is None and most * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
 
 
 def with_later_commands(dive: Dive, by_s: float) -> Dive:

@@ -140,6 +140,8 @@ def _filled(
         new = Signal(alike.time_s[holes], alike.value[holes])
         out[name] = _together(heard, new)
         fills.append(f"{words} ({len(new)} readings)")
+    if out.get("pwm") is not fields.get("pwm"):
+        out["commands_hold"] = theirs["commands_hold"]
     sentences = [note]
     if brings:
         sentences.append(f"It brings {listed(brings)}.")

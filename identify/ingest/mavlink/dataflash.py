@@ -20,7 +20,7 @@ from bridge.wire.tlog import load_bytes
 from identify.checks.readings.impossible import tame
 from identify.dive import Signal
 from identify.ingest import rotation
-from identify.ingest.commands import driven_outputs, samples_of_a_loop
+from identify.ingest.commands import driven_outputs, holding_of_a_loop, samples_of_a_loop
 from identify.ingest.mavlink import held_pressure, step_velocity
 from identify.ingest.mavlink.low_pass import before_low_pass
 
@@ -88,6 +88,7 @@ def read_dataflash(path: Path) -> tuple[dict[str, Any], dict[str, float]]:
         **signals,
         "velocity_is_filtered": "velocity" in signals and steps is None,
         "velocity_at_origin": steps is not None and _are_of_our_companion(log, steps),
+        "commands_hold": holding_of_a_loop(signals.get("pwm"), parameters.get(ARDUSUB.loop, math.nan)),
         "motors": ARDUSUB.motors_of(parameters.get(ARDUSUB.frame, math.nan)),
         "counts": counts,
         "notes": notes,

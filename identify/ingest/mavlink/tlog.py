@@ -5,6 +5,7 @@ VISION_POSITION_DELTA as a change of position over `time_delta_usec`, in the bod
 VISION_SPEED_ESTIMATE and LOCAL_POSITION_NED north-east-down.
 """
 
+import math
 from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,7 @@ from bridge.vehicle.config import GRAVITY_M_S2
 from bridge.wire.readings import CONTRACT_VERSION
 from identify.dive import STAMPED_S, Kind, Note, Signal
 from identify.ingest import rotation
-from identify.ingest.commands import driven_outputs, samples_of_a_loop
+from identify.ingest.commands import driven_outputs, holding_of_a_loop, samples_of_a_loop
 from identify.ingest.mavlink import held_pressure
 from identify.ingest.mavlink.frames import Frames, load_frames, message_name
 from identify.ingest.mavlink.low_pass import before_low_pass
@@ -144,9 +145,11 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
     messages, restart_notes = _most_driven(vehicle_runs(frames, source))
     signals: dict[str, Signal | None] = _contract(messages)
     firmware = _firmware(messages)
-    for field, signal in _of_autopilots(messages, firmware).items():
+    of_autopilot = _of_autopilots(messages, firmware)
+    for field, signal in of_autopilot.items():
         if not signals.get(field):
             signals[field] = signal
+    own_pulses = signals["pwm"] is of_autopilot["pwm"]
     velocity = velocity_of(messages, signals.get("attitude"))
     if velocity is not None:
         signals["velocity"] = velocity.signal
@@ -161,6 +164,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         **{field: signal for field, signal in signals.items() if signal},
         "velocity_is_filtered": velocity is not None and velocity.filtered,
         "velocity_at_origin": velocity is not None and velocity.at_origin,
+        "commands_hold": _holding(messages, firmware, signals["pwm"] if own_pulses else None),
         "stamped_s": STAMPED_S if firmware is None else firmware.stamped_s,
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "recorded_at_boot_s": messages.arrived_at_boot_s,
@@ -266,6 +270,13 @@ def _of_autopilots(messages: Messages, firmware: Firmware | None) -> dict[str, S
     if firmware.loop_s:
         signals["pwm"] = samples_of_a_loop(signals["pwm"], firmware.loop_s)
     return before_low_pass(signals, firmware.corners, _stated(messages, firmware.corners.values()))
+
+
+def _holding(messages: Messages, firmware: Firmware | None, pulses: Signal | None) -> bool | None:
+    """Whether the autopilot's own pulses hold until the next; None without any, or where that is not known."""
+    if firmware is None or not firmware.loop_s:
+        return None
+    return holding_of_a_loop(pulses, _stated(messages, (firmware.loop,)).get(firmware.loop, math.nan))
 
 
 def _stated(messages: Messages, names: Iterable[str]) -> dict[str, float]:
