@@ -124,6 +124,21 @@ def test_thrust_by_stamps_that_are_trusted_less_may_come_earlier_or_later():
     assert by_1_s @ by_2_ms / (by_1_s @ by_1_s) == pytest.approx(2e-3, rel=0.4)
 
 
+def test_thrust_by_stamps_that_are_trusted_less_answers_no_reading_before_its_time():
+    """Thrust 40 ms early knew the noise of a gyro that a controller answers, and was taken for thrust 230 ms late."""
+    dive, file = closed_loop.dive(np.random.default_rng(1), seconds=30.0), closed_loop.vehicle_file()
+    at_s = float(dive.tau_cmd.time_s.mean())
+    other = np.where(dive.tau_cmd.time_s[:, None] < at_s, dive.tau_cmd.value, dive.tau_cmd.value + 5.0)
+    whole, changed = (
+        build_axes(replace(dive, stamped_s=0.1, pwm=None, tau_cmd=command), file, "only").axes[0]
+        for command in (dive.tau_cmd, Signal(dive.tau_cmd.time_s, other))
+    )
+    before = whole.time_s <= at_s
+    assert before.any()
+    np.testing.assert_array_equal(changed.timing[0].force[before], whole.timing[0].force[before])
+    assert np.abs(changed.timing[0].force[~before] - whole.timing[0].force[~before]).max() > 5.0
+
+
 def test_fast_readings_become_means_of_equal_lengths_of_time_and_slow_ones_stay():
     fast = Signal(np.arange(4000) / (400.0), np.arange(4000.0)[:, None])
     mean, count = averaged(fast)

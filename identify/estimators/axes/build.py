@@ -21,6 +21,7 @@ from identify.estimators.axes.forces import (
     coupling,
     step_forces,
     step_forces_behind_filter,
+    with_uncertain_stamps,
     with_uncertain_timing,
 )
 from identify.estimators.axes.readings import (
@@ -130,7 +131,7 @@ def build_axes(
                 stepped=change_if_stepped(events, forces, grid, smoothing_s),
             )
         elif dive.stamped_s > STAMPED_S and not axis.is_coloured and dof not in unpushed:
-            axis = with_uncertain_timing(axis, forces, dive.stamped_s)
+            axis = with_uncertain_stamps(axis, forces, dive.stamped_s)
         if np.isfinite(axis.force).all() and np.isfinite(axis.coriolis).all():
             return axis, held
         return (

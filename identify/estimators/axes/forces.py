@@ -73,6 +73,18 @@ def with_uncertain_timing(axis: Axis, forces: WrenchHistory, spread_s: float) ->
     return replace(axis, timing=timing)
 
 
+def with_uncertain_stamps(axis: Axis, forces: WrenchHistory, spread_s: float) -> Axis:
+    """Return the axis with an error of that standard deviation in the time at which its known commands act.
+
+    Its force is made of earlier thrust alone, as that of `lateness.by_lateness`: thrust that came sooner would know,
+    through the controller, the noise of later readings.
+    """
+    before, apart_s = axis.before_s, 0.5 * spread_s / LATE_SHARE
+    push = forces.along(axis.dof)
+    now, late = (push.mean_between(before - by_s, axis.time_s - by_s)[:, 0] for by_s in (0.0, apart_s))
+    return replace(axis, timing=(Timing((late - now) / apart_s, spread_s),))
+
+
 def axes_with_delay(built: Axes, forces: WrenchHistory, by_s: float) -> Axes:
     """Return the axes, which were built with these forces, for forces that act `by_s` later."""
     return replace(built, axes=tuple(axis_with_delay(axis, built, forces, by_s) for axis in built.axes))
