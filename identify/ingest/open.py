@@ -112,7 +112,7 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     placed = once if vehicle is None else at_transducer(once, vehicle.vehicle.sensors)
     piloted = placed if vehicle is None else with_pulses(placed, vehicle)
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
-    possible = with_reckoned_pulses(possible, vehicle)
+    possible = with_reckoned_pulses(possible, vehicle, _thrusters(vehicle))
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
     moving = without_still_gyro(without_frozen(without_repeated(possible), rest_us))
     dive = without_smoothed_gyro(without_heading_resets(moving))

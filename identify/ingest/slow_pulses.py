@@ -58,7 +58,7 @@ class Law:
     """The law of the pulses: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each `output`.
 
     missed (k,): rms by which a sample is missed, in the output's unit; share: variance of the misses of all outputs,
-    relative to that of samples halfway between their neighbours.
+    relative to that of samples halfway between their neighbours; shares (k,): the same of each output, 1 at rest.
     """
 
     output: Output
@@ -66,12 +66,16 @@ class Law:
     factors: Array
     missed: Array
     share: float
+    shares: Array
 
 
-def with_reckoned_pulses(dive: Dive, vehicle: VehicleFile | None = None) -> Dive:
+def with_reckoned_pulses(
+    dive: Dive, vehicle: VehicleFile | None = None, thrusters: int | None = None
+) -> Dive:
     """The dive with pulses every STEP_S in place of slow samples, and a note, if the pilot's sticks are recorded.
 
-    Raises ConfigError for a thrust table of the vehicle that can't be read.
+    Of the outputs only the first `thrusters` tell when a thrust acts. Raises ConfigError for a thrust table of the
+    vehicle that can't be read.
     """
     pwm = dive.pwm
     if pwm is None or dive.sticks is None or not len(dive.sticks) or not sampled_seldom(pwm):
@@ -90,7 +94,9 @@ def with_reckoned_pulses(dive: Dive, vehicle: VehicleFile | None = None) -> Dive
     value += np.where(acting, _makers(dive, at_s, law.delay_s) @ law.factors, 0.0)
     low, high = np.nanmin(pwm.value, axis=0), np.nanmax(pwm.value, axis=0)
     known = Reckoned(
-        1.0 / pwm.rate_hz, tuple((law.missed / _rms_slope(law.output, pwm.value)).tolist()), law.share
+        1.0 / pwm.rate_hz,
+        tuple((law.missed / _rms_slope(law.output, pwm.value)).tolist()),
+        float(law.shares[:thrusters].min()),
     )
     note = (
         f"Thruster commands come at {pwm.rate_hz:.1f} Hz; between them they are reckoned from the sticks and the "
@@ -148,8 +154,10 @@ def law_of(dive: Dive, pwm: Signal, output: Output) -> Law | None:
             return None
         factors, *_ = np.linalg.lstsq(makers[kept], beyond[kept], rcond=1e-8)
         missed: Array = ((beyond[kept] - makers[kept] @ factors) ** 2).sum(axis=0) / freedom
-        share = float(missed.sum() / max(float(np.var(beyond[kept], axis=0).sum()), 1e-12))
-        laws.append(Law(output, delay_s, np.asarray(factors, np.float64), np.sqrt(missed), share))
+        straight = np.var(beyond[kept], axis=0)
+        share = float(missed.sum() / max(float(straight.sum()), 1e-12))
+        shares = np.divide(missed, straight, out=np.ones_like(missed), where=straight > 1e-12)
+        laws.append(Law(output, delay_s, np.asarray(factors, np.float64), np.sqrt(missed), share, shares))
     # Sticks and pulses of one clock leave the delay open by a step of the sticks: the middle is taken.
     best = min(law.share for law in laws)
     alike = [law for law in laws if law.share <= ALIKE * best]

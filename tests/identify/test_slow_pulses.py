@@ -150,6 +150,23 @@ def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judge
     assert QUICK_COMMANDS not in lacking(replace(by_law, reckoned=None), None, shape, FILE.vehicle.water)
 
 
+def test_thrusters_that_answer_a_noise_hide_no_delay_of_those_that_answer_the_sticks():
+    """A depth sensor's noise, read ten times as often as recorded, moved the upright thrusters of many a dive."""
+    dive, _ = recorded()
+    value = dive.pwm.value.copy()
+    value[:, 4:] += np.random.default_rng(5).normal(0.0, 60.0, (len(value), 2))
+    value[:, 0] = 1500.0
+    noisy = replace(dive, pwm=replace(dive.pwm, value=value))
+    assert law_of(noisy, noisy.pwm, PULSE).share > 0.1
+    reckoned = with_reckoned_pulses(noisy)
+    assert reckoned.reckoned.share < 0.01
+    assert "can't be judged" not in reckoned.notes[-1]
+    of_servos = Signal(noisy.pwm.time_s, value[:, [4, 5, 0, 1, 2, 3]])
+    of_noisy = with_reckoned_pulses(replace(dive, pwm=of_servos), thrusters=3)
+    assert of_noisy.reckoned.share > 0.2
+    assert "can't be judged" in of_noisy.notes[-1]
+
+
 def test_a_late_thrust_is_judged_though_the_check_dive_tells_none():
     dive, _ = recorded()
     shape = next(iter(FILE.vehicle.configurations.values()))
