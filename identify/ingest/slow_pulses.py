@@ -22,8 +22,9 @@ from identify.ingest.commands import sampled_seldom
 from identify.ingest.rotation import euler_angles
 
 STEP_S: Final = 0.02
-DELAYS_S: Final = np.arange(-0.1, 0.31, 0.02)
-"""Delays of a stick behind its arrival in the log at which it is tried: the link's, there and back."""
+DELAYS_S: Final = np.arange(-0.01, 0.305, 0.01)
+"""Delays of a stick behind its arrival in the log at which it is tried: the link's, there and back. No pulse answers a
+stick before it was sent, but for the milliseconds by which the stamps of a log are off."""
 
 SAME_S: Final = 1e-4
 """Times closer than this are the same, because stamps are rounded."""
@@ -158,7 +159,7 @@ def law_of(dive: Dive, pwm: Signal, output: Output) -> Law | None:
         share = float(missed.sum() / max(float(straight.sum()), 1e-12))
         shares = np.divide(missed, straight, out=np.ones_like(missed), where=straight > 1e-12)
         laws.append(Law(output, delay_s, np.asarray(factors, np.float64), np.sqrt(missed), share, shares))
-    # Sticks and pulses of one clock leave the delay open by a step of the sticks: the middle is taken.
+    # Sticks and pulses of one clock leave the delay open by up to a step of the sticks: the middle is taken.
     best = min(law.share for law in laws)
     alike = [law for law in laws if law.share <= ALIKE * best]
     return alike[len(alike) // 2]

@@ -65,6 +65,16 @@ def test_between_the_samples_pulses_follow_the_sticks_and_the_rates():
     assert "can't be judged" not in reckoned.notes[-1]
 
 
+def test_no_pulse_answers_a_stick_before_it_was_sent():
+    """Of one clock, all delays within a step of the sticks foretell alike, and a delay came out 14 ms too long."""
+    dive, pulses = recorded()
+    at_s = np.arange(1.0, LONG_S - 1.0, SELDOM_S) + 1e-3
+    sent = Signal(dive.sticks.time_s + LINK_S, dive.sticks.value)
+    law = law_of(replace(dive, sticks=sent), Signal(at_s, pulses(at_s)), PULSE)
+    assert law.share < 0.01
+    assert law.delay_s > -0.005
+
+
 def test_where_the_mixer_inverts_the_thrusters_curve_it_is_the_thrust_that_follows_the_sticks():
     dive, _ = recorded()
     curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
