@@ -14,7 +14,7 @@ from bridge.arrays import Array
 from bridge.vehicle.config import VehicleFile
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.nominal import Nominal
-from identify.diagnose.filters.slow_samples import MOST_LATE
+from identify.diagnose.filters.slow_samples import MOST_LATE, is_early
 from identify.diagnose.lateness import tests_of
 from identify.diagnose.nominal_fit import fitted_nominal
 from identify.diagnose.result import Finding, Value
@@ -83,9 +83,10 @@ class Loop:
         )
 
     def able(self, effects: Sequence[Effect]) -> tuple[Effect, ...]:
-        """The effects of which this dive can tell."""
+        """The effects of which this dive can tell: by samples, a quicker thruster where thrust is early as a whole."""
         sampled = self.slow is None and self.dive.commands_hold is False
-        return not_quicker(effects) if sampled else tuple(effects)
+        early = is_early(self.nominal.late_samples_s, self.nominal.joint)
+        return not_quicker(effects) if sampled and not early else tuple(effects)
 
     def known(self, covariance: Array, causes: Sequence[Cause]) -> Array:
         """The covariance (k, k) of causes' present parameters, with the doubt about the time between two commands."""

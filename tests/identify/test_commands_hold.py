@@ -12,6 +12,7 @@ from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.holding import (
     beyond_step,
+    judged_loop,
     not_quicker,
     slow_loop,
     with_holding_unknown,
@@ -68,6 +69,16 @@ def test_of_samples_of_a_faster_loop_no_thruster_seems_quicker_than_the_file_say
     assert within == [False, False, True, True]
     assert Cause(delay, np.array([0.1])).within_bounds
     assert dead is DEAD_ZONE
+
+
+def test_a_quicker_thruster_is_told_by_samples_where_thrust_is_early_as_a_whole():
+    loop = judged_loop(logged(0.01, 0.05), FILE, "only")
+    assert loop.dive.commands_hold is False
+    quicker = Cause(thruster_lag(0.2)[0], np.array([0.1]))
+    for late_s, is_told in ((-0.01, False), (-0.02, True)):
+        nominal = replace(loop.nominal, late_samples_s=late_s)
+        (able,) = replace(loop, nominal=nominal).able([quicker.effect])
+        assert replace(quicker, effect=able).within_bounds is is_told
 
 
 def test_thrust_that_is_later_than_slow_samples_make_it_is_not_of_commands_that_hold():

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from identify.dive import Dive, Signal
+from identify.estimators.likelihood.joint import JointLikelihood
 from identify.estimators.likelihood.start import StartFit
 from identify.ingest.commands import SELDOM_HZ
 
@@ -42,6 +43,11 @@ def is_delayed(late_s: float, dive: Dive, start: StartFit) -> bool:
     sampled_s = max(problem.axis.sampled_s for problem in start.joint.problems)
     most = OF_FIT if dive.commands_hold is False else MOST_LATE
     return dive.reckoned is None and most * sampled_s < late_s and sampled_s <= 1.0 / SELDOM_HZ
+
+
+def is_early(late_s: float, joint: JointLikelihood) -> bool:
+    """Whether the thrust is earlier than the error of the fit explains."""
+    return late_s < -OF_FIT * max(problem.axis.sampled_s for problem in joint.problems)
 
 
 def with_later_commands(dive: Dive, by_s: float) -> Dive:
