@@ -159,7 +159,7 @@ def answer_of(
         fitted.innovations,
         doubts=doubts,
         rest_on_righting=built.rest_on_righting,
-        weighed_by_others=tuple(MASSES[dof].name for dof in spoilt) if weighs_others else None,
+        weighed_by_others=tuple(MASSES[dof].name for dof in joint.apart) if weighs_others else None,
         thrust_delay=delay,
         usual_speeds=fitted.usual_speeds,
     )

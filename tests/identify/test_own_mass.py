@@ -14,6 +14,7 @@ from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood.answer import estimate
 from identify.estimators.likelihood.fit import fit_axes
 from identify.estimators.table import estimator
+from identify.estimators.timing.autopilot_velocity import lasting_axes
 
 HEAVE = 2
 
@@ -64,6 +65,24 @@ def test_a_velocity_that_the_recording_lacks_leaves_the_mass_to_the_others_too()
     bare = estimate(dived.dive, dived.file, dived.configuration, quiet)
     assert bare.weighed_by_others == ()
     assert answer["M_u"].std > bare["M_u"].std
+
+
+def autopilots_log(dived):
+    """The dive as a stock autopilot logs it: velocities of its own filter, and no word of its controller."""
+    unsaid = {"depth": None, "nu_fb": None, "tau_pid": None, "nu_ref": None, "tau_cmd": None}
+    return replace(dived.dive, **unsaid, velocity_is_filtered=True)
+
+
+def test_the_mass_in_heave_of_an_autopilots_log_is_what_the_other_axes_say_for_it_holds_a_depth_unseen():
+    dived = mission()
+    log = autopilots_log(dived)
+    answer = estimate(log, dived.file, dived.configuration, quiet)
+    assert answer.weighed_by_others == ("M_w",)
+    assert abs(answer["M_w"].value - dived.truth["M_w"]) < 3 * answer["M_w"].std
+    built = lasting_axes(log, dived.file, dived.configuration)
+    heave = replace(built, axes=tuple(axis for axis in built.axes if axis.dof == HEAVE))
+    by_its_own = fit_axes(heave, dived.file.vehicle.configurations[dived.configuration], lambda *_: None)
+    assert np.exp(by_its_own.log_value[HEAVE]) > 4 / 3 * dived.truth["M_w"]
 
 
 def test_an_axis_that_is_alone_has_no_mass_then_and_is_advised_what_to_record():

@@ -16,7 +16,7 @@ import numpy as np
 from bridge.vehicle.coefficients import COEFFICIENTS, DAMPINGS, DOFS, MASSES
 from bridge.vehicle.config import Configuration, VehicleFile
 from identify import nuisance
-from identify.checks.actuation.controller import unrecorded
+from identify.checks.actuation.controller import held_unseen, unrecorded
 from identify.checks.fit.thrust_timing import lateness_note
 from identify.checks.sensors.descent_timing import with_depth_of_the_dvl
 from identify.dive import Dive, Signal
@@ -57,7 +57,8 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     built = axes.value
     configuration = file.vehicle.configurations[configuration_name]
     spoilt = {finding.dof: finding for finding in unrecorded(dive, file.vehicle.water)}
-    refit = partial(fit_axes, configuration=configuration, progress=progress, feedback_unrecorded=spoilt)
+    apart = {*spoilt, *held_unseen(dive)}
+    refit = partial(fit_axes, configuration=configuration, progress=progress, feedback_unrecorded=apart)
     joint = refit(built)
     tests = doubts_of(joint.joint, joint.theta)
     sampled = with_samples(dive, (test for dof, test in tests.items() if dof not in spoilt))
@@ -104,7 +105,7 @@ def estimate(dive: Dive, file: VehicleFile, configuration_name: str, progress: P
     totals = answer.parameters[: len(COEFFICIENTS)]
     notes = (*_rests_on_gravity(totals, built, configuration), *_rests_on_lag(totals, tests))
     notes = (*notes, *((shafts_note(curve.lag_s),) if timed.by_shafts else ()))
-    unknown = [dof for dof in spoilt if not totals[dof].identifiable]
+    unknown = [dof for dof in apart if not totals[dof].identifiable]
     return replace(answer, notes=(*answer.notes, *notes), information=_information(joint, unknown))
 
 
