@@ -16,7 +16,7 @@ from bridge.vehicle.coefficients import DAMPINGS, MASSES, QUADRATICS
 from bridge.vehicle.config import Prior
 from identify.diagnose.causes.ambiguity import LEAST_LIKENESS
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.causes.evidence import inverse
+from identify.diagnose.causes.evidence import Blocks, inverse
 from identify.diagnose.causes.requirement import LEAST_GAIN
 from identify.diagnose.causes.search import Explanation
 from identify.diagnose.causes.weighing import Fitted, Weighing
@@ -29,6 +29,7 @@ from identify.diagnose.gap.simulation import EACH
 from identify.diagnose.result import Finding, Tried, Value
 from identify.effects.course import Course
 from identify.effects.effect import Act, Effect
+from identify.estimators.missing_forces.screening import LEAST_FORCE
 from identify.statistics import Z95
 
 ALIKE_NATS = 2.0
@@ -88,7 +89,8 @@ class Shift:
 def shift_of(explanation: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of masses and dampings known both from the dive and from acceptance."""
     weighing, now = explanation.weighing, explanation.now
-    covariance, indices = _nominal_covariance(weighing, explanation.fit)
+    known, indices = _known_with_causes(weighing, explanation.fit)
+    covariance = known.inverse[: len(indices), : len(indices)]
     names, at, prior = [], [], []
     for name, index in _coefficient_indices(now):
         if name in accepted:
@@ -101,7 +103,7 @@ def shift_of(explanation: Explanation, accepted: Mapping[str, Prior], library: S
     covariance_both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
     effects = tuple(item for item in library if item.refit_absorbs and len(item.parameters) == 1)
     patterns = [
-        _pattern(effect, weighing, covariance)[at]
+        _pattern(effect, weighing, known)[at]
         if _is_push(effect, now.course)
         else _direct_pattern(effect, now, names)
         for effect in effects
@@ -134,6 +136,21 @@ def changes_of(
     of_causes = [(cause.gain_nats, k, True) for cause, k in zip(causes, chosen, strict=True)]
     tried = (Tried(shift.effects[k], nats, yes) for nats, k, yes in (*of_causes, *remaining))
     return causes, tuple(tried)
+
+
+def beyond_the_curve(
+    findings: Sequence[Finding], course: Course
+) -> tuple[tuple[Finding, ...], tuple[Finding, ...]]:
+    """The changes, and those that push, but less than LEAST_FORCE of the thrust in every degree of freedom: no thrust
+    curve is known better."""
+    least = LEAST_FORCE * course.wrench_of(course.thrust_n).std(axis=0)
+
+    def is_slight(finding: Finding) -> bool:
+        push = _as_wrench(finding.cause.act(course), course).std(axis=0)
+        return bool(push.any() and np.all(push <= least))
+
+    slight = tuple(filter(is_slight, findings))
+    return tuple(each for each in findings if each not in slight), slight
 
 
 def _finding(
@@ -172,18 +189,28 @@ def _likeness(shift: Shift, number: int, other: int) -> float:
     return float(abs(a @ p @ b) / max(np.sqrt((a @ p @ a) * (b @ p @ b)), 1e-300))
 
 
-def _nominal_covariance(weighing: Weighing, fit: Fitted) -> tuple[Array, list[int]]:
-    """Covariance of the nominal parameters, with the causes' parameters fitted too, and their indices in theta.
+@dataclass(frozen=True)
+class _Known:
+    """The columns of the nominal parameters, and after them of the causes' parameters, and the covariance `inverse`
+    (k, k) of all their sizes."""
+
+    columns: Blocks
+    inverse: Array
+
+
+def _known_with_causes(weighing: Weighing, fit: Fitted) -> tuple[_Known, list[int]]:
+    """What a dive tells of the nominal parameters, with the causes' parameters fitted too; their indices in theta.
 
     The thrust is held to its curve, without a scale.
     """
     joint = weighing.now.joint
     indices = sorted({*joint.mass_indices, *mean_indices(joint)})
     nominal = weighing.rows.nuisance
-    square = nominal.with_columns(nominal.blocks_of(fit.slopes)).square()
+    columns = nominal.with_columns(nominal.blocks_of(fit.slopes))
+    square = columns.square()
     square[weighing.rows.scales, :] = square[:, weighing.rows.scales] = 0.0
     known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
-    return inverse(square + np.diag(known))[: len(indices), : len(indices)], indices
+    return _Known(columns, inverse(square + np.diag(known))), indices
 
 
 def _coefficient_indices(now: Nominal) -> list[tuple[str, int]]:
@@ -200,12 +227,13 @@ def _is_push(effect: Effect, course: Course) -> bool:
     return act.mass is None and act.damping is None
 
 
-def _pattern(effect: Effect, weighing: Weighing, inverse: Array) -> Array:
+def _pattern(effect: Effect, weighing: Weighing, known: _Known) -> Array:
     """Shift of the nominal parameters, logarithmic, by removal of one unit of a force or reading error."""
     course = weighing.now.course
     unit = effect.act(course, effect.none() + 1.0)
-    column = weighing.rows.columns([unit], course)
-    return np.asarray(inverse @ weighing.rows.nuisance.crossed(column)[: len(inverse), 0])
+    crossed = known.columns.crossed(weighing.rows.columns([unit], course))[:, 0]
+    crossed[weighing.rows.scales] = 0.0
+    return np.asarray(known.inverse @ crossed)
 
 
 def _direct_pattern(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:

@@ -13,7 +13,7 @@ from identify.checks.actuation.thrust_response import mounted_otherwise
 from identify.diagnose.accepted import hull_with_all_causes, known_with_causes, likely_accepted
 from identify.diagnose.causes.onset import unsought, with_beginnings
 from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts
-from identify.diagnose.changed import changes_of, shift_of
+from identify.diagnose.changed import beyond_the_curve, changes_of, shift_of
 from identify.diagnose.cleaned import cleaned
 from identify.diagnose.findings import beside_thrust_gain, findings_of, strongest_first, trials_of
 from identify.diagnose.gap.drift import ran_away
@@ -126,7 +126,8 @@ def diagnose(
     if accepted:
         shift = shift_of(explanation, accepted, tried)
         new, more = changes_of(shift, explanation, missing)
-        causes = strongest_first((*causes, *new))
+        new, slight = beyond_the_curve(new, explanation.now.course)
+        causes, shown = strongest_first((*causes, *new)), (*shown, *slight)
         trials = (*trials, *more)
     verdict = verdict_of(causes, left, explanation.fit.gain, heldout.at_most, gap.disturbance)
     gap = replace(gap, unexplained=share_left(verdict, heldout.value))

@@ -18,7 +18,7 @@ from identify.diagnose.accepted_before import (
     with_accepted,
 )
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.changed import Shift, _direct_pattern, changes_of, shift_of
+from identify.diagnose.changed import Shift, _direct_pattern, beyond_the_curve, changes_of, shift_of
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.filters.nominal import nominal_of, refitted
 from identify.diagnose.gap.missing import Missing
@@ -422,6 +422,17 @@ def test_masses_and_dampings_that_all_rose_alike_are_a_thrust_that_fell(measured
     assert gain.value == pytest.approx(0.8, abs=0.02)
     assert gain.low95 < gain.value < gain.high95
     assert causes[0].feedforward is not None
+
+
+def test_a_change_that_pushes_less_than_a_thrust_curve_is_known_to_is_no_cause(measured_shift):
+    (fell, *_), _ = changes_since(measured_shift, accepted(measured_shift, mass=1.25, damping=1.25))
+
+    def by(share):
+        return replace(fell, cause=replace(fell.cause, values=np.array([1.0 + share])))
+
+    read = replace(fell, cause=Cause(DVL_SCALE, np.array([1.001])))
+    slight, strong = by(0.01), by(-0.05)
+    assert beyond_the_curve((slight, strong, read), measured_shift.now.course) == ((strong, read), (slight,))
 
 
 def test_masses_that_all_rose_by_as_much_are_water_that_weighs_so(measured_shift):

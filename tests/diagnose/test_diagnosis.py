@@ -387,25 +387,31 @@ class TestCommand:
         assert self.run(folder, "--check", check, "--predict", check) == 2
         assert "would write over" in capsys.readouterr().err
 
-    def test_what_was_accepted_earlier_is_held_beside_the_dive(self, case, folder, tmp_path, capsys):
+    def accepted(self, case, share, std, path):
+        """An identification that found `share` of the vehicle's masses and dampings, known to `std` of them."""
         values = zip((*MASSES, *DAMPINGS), (*case.vehicle.mass, *case.vehicle.damping), strict=True)
         parameters = [
             {
                 "name": coefficient.name,
                 "identifiable": True,
-                "given_thrust": 1.3 * v,
-                "given_thrust_std": 0.02 * v,
+                "given_thrust": share * v,
+                "given_thrust_std": std * v,
             }
             for coefficient, v in values
         ]
-        earlier, answer = tmp_path / "earlier.json", tmp_path / "a.json"
-        answer_before = {
+        answer = {
             "method": "likelihood", "outcome": "converged", "configuration": case.configuration,
             "parameters": parameters, "vehicle": {"name": case.name, "sha256": "0" * 64},
         }  # fmt: skip
-        earlier.write_text(json.dumps(answer_before))
+        path.write_text(json.dumps(answer))
+        return answer
+
+    def test_what_was_accepted_earlier_is_held_beside_the_dive(self, case, folder, tmp_path, capsys):
+        earlier, answer = tmp_path / "earlier.json", tmp_path / "a.json"
+        answer_before = self.accepted(case, 1.3, 0.02, earlier)
         assert self.run(folder, "--accepted", earlier, "--json", answer) == 0
-        assert "thrust_gain" in {effect["name"] for effect in json.loads(answer.read_text())["effects"]}
+        (gain,) = [e for e in json.loads(answer.read_text())["effects"] if e["name"] == "thrust_gain"]
+        assert gain["parameters"]["gain"]["value"] == pytest.approx(1.3, abs=0.05)
         earlier.write_text(json.dumps(answer_before | {"configuration": "another"}))
         capsys.readouterr()
         assert self.run(folder, "--accepted", earlier) == 2
