@@ -257,5 +257,5 @@ def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Le
             f"--accepted {path}: all that it holds is doubted ({lines[0]}), so no change could be told from it; give "
             "that of another dive, or --despite-doubts"
         )
-    notes = tuple(f"Of what was accepted, {line}; it was not held against this dive." for line in lines)
+    notes = tuple(f"Of what was accepted, {line}; not held against this dive." for line in lines)
     return Before(taken, read.effects, notes)

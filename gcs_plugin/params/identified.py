@@ -121,8 +121,14 @@ def doubted_in(identification: Mapping[str, Any]) -> dict[str, str]:
 
 
 def doubt_lines(doubted: Mapping[str, str], taken: Collection[str]) -> tuple[str, ...]:
-    """A line for each doubted value among those taken."""
-    return tuple(f"{name} is doubted: {why}" for name, why in doubted.items() if name in taken)
+    """A line for each reason to doubt values among those taken, with their names."""
+    names: dict[str, list[str]] = {}
+    for name, why in doubted.items():
+        if name in taken:
+            names.setdefault(why, []).append(name)
+    return tuple(
+        f"{', '.join(of)} {'is' if len(of) == 1 else 'are'} doubted: {why}" for why, of in names.items()
+    )
 
 
 def write_identified(path: Path, identification: Mapping[str, Any], file: VehicleFile) -> None:

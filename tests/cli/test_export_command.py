@@ -276,7 +276,7 @@ def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_sa
     assert "M_u" in before.values
     assert "D_u" not in before.values
     assert before.notes == (
-        "Of what was accepted, D_u is doubted: no gyro was recorded; it was not held against this dive.",
+        "Of what was accepted, D_u is doubted: no gyro was recorded; not held against this dive.",
     )
     despite = accepted_before(param, FILE, "hovering", Leave(doubts=True))
     assert "D_u" in despite.values
@@ -352,7 +352,7 @@ def test_a_recording_that_contradicts_itself_is_accepted_with_its_doubts_and_not
 def test_what_the_fit_beside_the_causes_gets_wrong_is_in_the_sidecar_and_stops_an_upload(tmp_path):
     late = Doubt(("M_u", "D_u"), "In surge thrust acts late", "mend the lag.", Outcome.DISAGREES)
     path, sentences = written(tmp_path, doubts=(late,))
-    assert "M_u is doubted: in surge thrust acts late" in sentences
+    assert "M_u, D_u are doubted: in surge thrust acts late" in sentences
     assert sentences[-1].endswith("with --despite-doubts, because the model does not fit the dive")
     assert read_sidecar(path).doubted == dict.fromkeys(("M_u", "D_u"), "in surge thrust acts late")
     with pytest.raises(UsageError, match="data and model disagree"):

@@ -54,7 +54,7 @@ def run(arguments: argparse.Namespace) -> int:
     title = f"priors of {file.path}, configuration {configuration}"
     columns = ("name", "value", "std", "unit", "rests on", "is")
     show.put(console, show.Table(title, columns, rows, ("value", "std")))
-    refused = "" if arguments.despite_doubts else "; it was not taken: dive again, or give --despite-doubts"
+    refused = "" if arguments.despite_doubts else "; not taken: dive again, or give --despite-doubts"
     show.say(console, *(f"warning: {line}{refused}" for line in doubt_lines(doubted, tuple(doubted))))
     if lost := left_behind(present, priors):
         show.say(console, f"warning: {_lost(lost, present, file.path)}")
