@@ -71,6 +71,22 @@ def test_of_sixty_short_dives_with_a_noisy_heading_chance_takes_no_gyro():
         assert without_smoothed_gyro(dive) is dive
 
 
+def test_a_gyro_stays_that_shows_a_third_of_one_step_by_which_an_estimator_aligns():
+    time_s = np.arange(0.0, 120.0, STEP_S)
+    slow = mean_over(2.0)(random_rates(len(time_s), np.random.default_rng(SEED)))
+    step = np.where(time_s >= 2.0, 0.6, 0.0)
+    heading = np.cumsum(slow) * STEP_S + step
+    level = np.zeros(len(time_s))
+    shown = slow + np.where(np.arange(len(time_s)) == 20, 0.2 / STEP_S, 0.0)
+    dive = dive_of(120.0)
+    aligned = replace(
+        dive,
+        attitude=Signal(time_s, quaternions_from_euler(level, level, heading)),
+        gyro=Signal(time_s, np.column_stack([np.full((len(time_s), 2), np.nan), shown])),
+    )
+    assert without_smoothed_gyro(aligned) is aligned
+
+
 def test_a_noisy_gyro_stays():
     noise = np.random.default_rng(9).normal(0.0, 0.05, 1200)
     dive = dive_of(120.0, gyro=lambda rates: rates + noise)

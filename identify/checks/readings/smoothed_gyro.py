@@ -66,16 +66,27 @@ def _smoothed_from_hz(dive: Dive) -> float | None:
 
 
 def _first_lost(seen: Array, said: Array, near: slice) -> int | None:
-    """The first of the rates `near` at which a gyro has lost turning, by pieces of both (m, n); None if at none."""
+    """The first of the rates `near` at which a gyro has lost turning, by pieces of both (m, n); None if at none.
+
+    It has to be lost without any one piece, too: an estimator that aligns makes a step of the attitude in one piece.
+    """
     window = np.hanning(seen.shape[1])
     x, y = (np.fft.rfft((each - each.mean(1, keepdims=True)) * window)[:, near] for each in (seen, said))
-    of_both, of_seen, of_said = (
-        np.mean(each, 0) for each in (np.conj(x) * y, np.abs(x) ** 2, np.abs(y) ** 2)
-    )
+    powers = np.array([np.conj(x) * y, np.abs(x) ** 2, np.abs(y) ** 2])
+    total, count = powers.sum(axis=1), len(x)
+    without_one = ((total - powers[:, k]) / (count - 1) for k in range(count))
+    if any(_lost(each, count) is None for each in without_one):
+        return None
+    return _lost(total / count, count)
+
+
+def _lost(powers: Array, count: int) -> int | None:
+    """The same by the mean powers (3, k) of `count` pieces: of both, of the attitude and of the gyro."""
+    of_both, of_seen, of_said = powers[0], powers[1].real, powers[2].real
     shared = np.abs(of_both) ** 2
     coherence = np.minimum(shared / np.maximum(of_seen * of_said, TINY), 1.0)
     known = np.flatnonzero(coherence > COHERENT)
     gain = of_said[known] / np.sqrt(shared[known])
-    error = np.sqrt((1.0 - coherence[known]) / (2.0 * len(x) * coherence[known]))
+    error = np.sqrt((1.0 - coherence[known]) / (2.0 * count * coherence[known]))
     lost = known[gain * (1.0 + SIGMAS * error) < LOST]
     return int(lost[0]) if len(lost) >= FEWEST_LOST and gain[0] > KEPT else None
