@@ -298,9 +298,11 @@ def _of_axis_alone(axes: Sequence[AxisInnovations], k: int, columns: Array) -> B
 
 
 def delayed_thrust(innovations: AxisInnovations) -> Array:
-    """Response (own rows, k) of an axis to its own thrust at each delay."""
+    """Response (own rows, k) of an axis to its own thrust at each delay, less its mean: what is steady answers a steady
+    force, which a column of it would take up whole, however plain that is."""
     axis = innovations.problem.axis
     force = axis.force.mean(axis=1)
+    force = force - np.average(force, weights=axis.step_s)
     late = []
     for late_s in THRUST_DELAYS_S:
         shifted = [np.interp(axis.time_s[run] - late_s, axis.time_s[run], force[run]) for run in axis.runs]
