@@ -136,13 +136,16 @@ up to which a delay of the thrusters is judged."""
 class Reckoned:
     """Pulses that stand between samples `step_s` apart.
 
-    error_us (k,): rms by which the reckoning misses a sample of each output, from the samples before and behind it;
-    share: that variance over the variance without reckoning, of the thruster whose pulses are foretold best. It tells
-    the time at which the thrusters act, whatever noise of a depth sensor moves the others.
+    missed_us2, straight_us2 (k, k): covariance of the outputs by which the reckoning misses a sample, from the samples
+    before and behind it, and by which a straight line between these does. What one answer of an autopilot to what is
+    not recorded moves goes together: that of its depth sensor lifts a vehicle and does not turn it.
+    share: the one variance over the other, of the thruster whose pulses are foretold best. It tells the time at which
+    the thrusters act, whatever noise of a depth sensor moves the others.
     """
 
     step_s: float
-    error_us: tuple[float, ...]
+    missed_us2: tuple[tuple[float, ...], ...]
+    straight_us2: tuple[tuple[float, ...], ...]
     share: float
 
     @property

@@ -58,14 +58,16 @@ PULSE: Final = Output(lambda pulses: pulses, lambda outputs: outputs)
 class Law:
     """The law of the pulses: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each `output`.
 
-    missed (k,): rms by which a sample is missed, in the output's unit; share: variance of the misses of all outputs,
-    relative to that of samples halfway between their neighbours; shares (k,): the same of each output, 1 at rest.
+    missed, straight (k, k): covariance of what it misses of a sample, and of what a sample halfway between its
+    neighbours does, in the output's unit; share: the one variance over the other, of all outputs; shares (k,): the same
+    of each output, 1 at rest.
     """
 
     output: Output
     delay_s: float
     factors: Array
     missed: Array
+    straight: Array
     share: float
     shares: Array
 
@@ -94,9 +96,12 @@ def with_reckoned_pulses(
     value = np.where(acting, _between(pwm.time_s, left, at_s), _between(pwm.time_s, made, at_s))
     value += np.where(acting, _makers(dive, at_s, law.delay_s) @ law.factors, 0.0)
     low, high = np.nanmin(pwm.value, axis=0), np.nanmax(pwm.value, axis=0)
+    slope = _rms_slope(law.output, pwm.value)
+    missed_us2, straight_us2 = (of / np.outer(slope, slope) for of in (law.missed, law.straight))
     known = Reckoned(
         1.0 / pwm.rate_hz,
-        tuple((law.missed / _rms_slope(law.output, pwm.value)).tolist()),
+        tuple(map(tuple, missed_us2.tolist())),
+        tuple(map(tuple, straight_us2.tolist())),
         float(law.shares[:thrusters].min()),
     )
     note = (
@@ -154,11 +159,12 @@ def law_of(dive: Dive, pwm: Signal, output: Output) -> Law | None:
         if freedom < LEAST_SAMPLES * makers.shape[1]:
             return None
         factors, *_ = np.linalg.lstsq(makers[kept], beyond[kept], rcond=1e-8)
-        missed: Array = ((beyond[kept] - makers[kept] @ factors) ** 2).sum(axis=0) / freedom
-        straight = np.var(beyond[kept], axis=0)
-        share = float(missed.sum() / max(float(straight.sum()), 1e-12))
-        shares = np.divide(missed, straight, out=np.ones_like(missed), where=straight > 1e-12)
-        laws.append(Law(output, delay_s, np.asarray(factors, np.float64), np.sqrt(missed), share, shares))
+        left = beyond[kept] - makers[kept] @ factors
+        missed, straight = left.T @ left / freedom, np.atleast_2d(np.cov(beyond[kept].T, bias=True))
+        of_each, by_line = np.diag(missed), np.diag(straight)
+        share = float(of_each.sum() / max(float(by_line.sum()), 1e-12))
+        shares = np.divide(of_each, by_line, out=np.ones_like(of_each), where=by_line > 1e-12)
+        laws.append(Law(output, delay_s, np.asarray(factors, np.float64), missed, straight, share, shares))
     # Sticks and pulses of one clock leave the delay open by up to a step of the sticks: the middle is taken.
     best = min(law.share for law in laws)
     alike = [law for law in laws if law.share <= ALIKE * best]

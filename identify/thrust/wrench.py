@@ -15,7 +15,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, ThrustCurve, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
-from identify.dive import Dive, Signal
+from identify.dive import Dive, Reckoned, Signal
 from identify.ingest.commands import sampled_seldom, unknown_between
 from identify.thrust.pwm_rounding import hidden_by_rounding, thrust_slope, unrounded_by_run
 from identify.thrust.wrench_history import (
@@ -29,6 +29,10 @@ from identify.thrust.wrench_history import (
 
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
+
+AT_REST = 1e-9
+"""Variance of a wrench, N2 or N2 m2, below which it is the rounding of numbers: the thrusters never pushed there."""
+
 MOST_OBEYED_S, OBEYED_STEP_S = 0.1, 0.005
 """The longest time by which pulses may follow TAU_CMD and still be compared with it, and the step of the search."""
 
@@ -63,10 +67,9 @@ def wrench(dive: Dive, file: VehicleFile, configuration_name: str) -> WrenchHist
             return _sampled(from_pwm, between, curve, "pwm", notes, rounded, breaks_s)
         likeliest = Signal(from_pwm.time_s, unrounded_by_run(from_pwm, variance, breaks_s))
         history = history_of(likeliest, curve, "pwm", notes, breaks_s)
-        hidden = np.sqrt(rounded + _reckoned(dive, file, configuration_name))
-        reckoned = dive.reckoned
-        unknown_s = reckoned.unknown_s if reckoned is not None and not reckoned.tells_timing else 0.0
-        return replace(history, hidden=hidden, sampled_s=unknown_s)
+        if dive.reckoned is not None:
+            history = _of_reckoned(history, dive.reckoned, dive, file, configuration_name)
+        return replace(history, hidden=np.sqrt(rounded + history.hidden**2))
     commanded_count = 0 if dive.thruster_commands is None else dive.thruster_commands.value.shape[1]
     count = len(file.vehicle.configurations[configuration_name].thrusters)
     if commanded is None and 0 < commanded_count < count:
@@ -175,7 +178,7 @@ def _sampled(
 
     A change at an unknown time between two samples is wrong by its size times the root of a twelfth of the sample
     interval, per root of that interval; steady changes, of which each sample lies halfway between its neighbours, hide
-    less (`_reckoned`). So much is hidden where the commands change: a step of the sticks hides more than minutes at
+    less (`_of_reckoned`). So much is hidden where the commands change: a step of the sticks hides more than minutes at
     rest.
     """
     step_s = 1.0 / asked.rate_hz
@@ -194,25 +197,45 @@ def _sampled(
         )
         notes = (*notes, note)
     history = history_of(between, curve, source, notes, breaks_s)
-    stepped = history_of(halfway_between(asked), curve, source, (), breaks_s)
-    return replace(history, hidden=hidden, hidden_power=by_mean, sampled_s=step_s, stepped=stepped)
+    return replace(
+        history,
+        hidden=hidden,
+        hidden_power=by_mean,
+        sampled_s=step_s,
+        unknown_s=np.where(np.nanvar(asked.value, axis=0) > AT_REST, step_s, 0.0),
+        stepped=history_of(halfway_between(asked), curve, source, (), breaks_s),
+    )
 
 
-def _reckoned(dive: Dive, file: VehicleFile, configuration_name: str) -> Array:
-    """Power (6,) per 1/s of the force that reckoned pulses miss between their samples; 0 of recorded ones.
+def _of_reckoned(
+    history: WrenchHistory, reckoned: Reckoned, dive: Dive, file: VehicleFile, configuration_name: str
+) -> WrenchHistory:
+    """The history with what is unknown of reckoned pulses between their samples.
 
     A sample missed from both neighbours by a variance v lies amid two steps of a walk of variance 2 v a step, and one
     such step hides a twelfth of that, times its length.
     """
-    if dive.reckoned is None or dive.pwm is None:
-        return np.zeros(6)
-    configuration = file.vehicle.configurations[configuration_name]
-    count = len(configuration.thrusters)
+    missed, straight = (
+        _variance(dive, file, configuration_name, np.array(of_us2))
+        for of_us2 in (reckoned.missed_us2, reckoned.straight_us2)
+    )
+    share = np.divide(missed, straight, out=np.zeros(6), where=straight > AT_REST)
+    return replace(
+        history,
+        hidden=np.sqrt(np.maximum(missed, 0.0) * reckoned.step_s / 6.0),
+        sampled_s=0.0 if reckoned.tells_timing else reckoned.unknown_s,
+        unknown_s=share * reckoned.step_s,
+    )
+
+
+def _variance(dive: Dive, file: VehicleFile, configuration_name: str, of_us2: Array) -> Array:
+    """Variance (6,) of the wrench by a covariance (outputs, outputs) of the pulses."""
+    assert dive.pwm is not None
+    allocation = allocation_matrix(file.vehicle.configurations[configuration_name])
+    count = allocation.shape[1]
     slope = thrust_slope(dive.pwm.value[:, :count], file)
-    variance = (slope * np.array(dive.reckoned.error_us[:count])) ** 2 @ (
-        allocation_matrix(configuration) ** 2
-    ).T
-    return np.asarray(variance.mean(axis=0) * dive.reckoned.step_s / 6.0)
+    of_thrust = of_us2[:count, :count] * (slope.T @ slope) / len(slope)
+    return np.asarray(np.einsum("ij,jk,ik->i", allocation, of_thrust, allocation))
 
 
 def _asked_by_pwm(

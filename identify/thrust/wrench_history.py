@@ -38,8 +38,9 @@ class WrenchHistory:
     it is the same throughout.
     `source`: the thrusters' commands, pulses or newtons, or TAU_CMD. `sampled_s`: time between slow samples of the
     commands, 0 if the commands are known at all times. `stepped`: the history if slow samples step halfway to the next
-    instead of going straight to it; None without such samples. `breaks_s` (r - 1,): times between the runs of a dive;
-    before the first command of each run the wrench is constant.
+    instead of going straight to it; None without such samples. `unknown_s` (6,): the interval of samples that would
+    leave as much unknown of what the wrench answers in between; 0 where it is known, or was at rest. `breaks_s`
+    (r - 1,): times between the runs of a dive; before the first command of each run the wrench is constant.
     """
 
     time_s: Array
@@ -55,6 +56,7 @@ class WrenchHistory:
     sampled_s: float = 0.0
     breaks_s: Array = field(default_factory=lambda: np.zeros(0))
     stepped: "WrenchHistory | None" = None
+    unknown_s: Array = field(default_factory=lambda: np.zeros(6))
 
     @cached_property
     def firsts(self) -> NDArray[np.intp]:
@@ -78,6 +80,7 @@ class WrenchHistory:
             moment=self.moment[:, axis],
             hidden=self.hidden[axis],
             hidden_power=self.hidden_power[:, axis],
+            unknown_s=self.unknown_s[axis],
             stepped=None if self.stepped is None else self.stepped.along(dof),
         )
 

@@ -9,8 +9,9 @@ from fakes.shared import shared
 
 from bench.field.draw import draw
 from bench.field.export import COMPANION, STATION
+from bridge.vehicle.coefficients import HEAVE, PITCH, ROLL, YAW
 from bridge.vehicle.config import load_vehicle
-from bridge.vehicle.thrusters import thrust_curve
+from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.diagnose.diagnose import diagnose
 from identify.diagnose.filters.nominal import nominal_of
 from identify.diagnose.unjudged import lacking
@@ -143,12 +144,21 @@ def test_before_it_is_armed_the_sticks_move_no_thruster():
     assert np.ptp(reckoned.value[reckoned.time_s > 61.0]) > 100.0
 
 
+def each_by_itself(error_us):
+    return tuple(map(tuple, (error_us**2 * np.eye(6)).tolist()))
+
+
 def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judged():
     dive, _ = recorded()
     (name, shape), *_ = FILE.vehicle.configurations.items()
     by_law = with_reckoned_pulses(dive)
+    straight = each_by_itself(30.0)
     known, loose = (
-        wrench(replace(by_law, reckoned=Reckoned(SELDOM_S, (error_us,) * 6, share)), FILE, name)
+        wrench(
+            replace(by_law, reckoned=Reckoned(SELDOM_S, each_by_itself(error_us), straight, share)),
+            FILE,
+            name,
+        )
         for error_us, share in ((0.0, 0.0), (20.0, 0.5))
     )
     np.testing.assert_allclose(known.hidden, 0.0)
@@ -158,6 +168,22 @@ def test_by_what_the_reckoning_misses_the_force_is_unknown_and_no_delay_is_judge
     assert QUICK_COMMANDS in lacking(missed, None, shape, FILE.vehicle.water)
     assert QUICK_COMMANDS not in lacking(by_law, None, shape, FILE.vehicle.water)
     assert QUICK_COMMANDS not in lacking(replace(by_law, reckoned=None), None, shape, FILE.vehicle.water)
+
+
+def test_what_thrusters_miss_together_is_a_force_where_they_push_alike_and_no_moment_where_they_do_not():
+    """The noise of a depth sensor that moved both upright thrusters counted as a moment in roll, and a stick of yaw
+    that was not recorded as a force in surge and in sway."""
+    dive, _ = recorded()
+    name, shape = next(iter(FILE.vehicle.configurations.items()))
+    by_law = with_reckoned_pulses(dive)
+    by_law = replace(by_law, pwm=Signal(by_law.pwm.time_s, np.full_like(by_law.pwm.value, 1600.5)))
+    for dof in (HEAVE, YAW):
+        alike = np.sign(np.round(allocation_matrix(shape)[dof], 6))
+        together = tuple(map(tuple, (400.0 * np.outer(alike, alike)).tolist()))
+        reckoned = Reckoned(SELDOM_S, together, each_by_itself(30.0), 0.0)
+        hidden = wrench(replace(by_law, reckoned=reckoned), FILE, name).hidden
+        assert hidden[dof] > 0.1
+        np.testing.assert_allclose(np.delete(hidden, dof), 0.0, atol=1e-6)
 
 
 def test_thrusters_that_answer_a_noise_hide_no_delay_of_those_that_answer_the_sticks():
@@ -228,15 +254,19 @@ def test_a_firmwares_dive_logged_twice_a_second_tells_the_hulls_drag():
         assert diagnosis.findings[0].parameters[name].value == pytest.approx(true, rel=0.05)
 
 
-def test_roll_and_pitch_are_not_judged_where_an_autopilot_may_level_them_between_two_pulses(tmp_path):
-    """Its thrust looks like a righting moment: 0.3 m of one was told of a hull of 0.08 m."""
-    case = draw(100_002, 6, "none", seconds=60.0)
+@pytest.mark.parametrize(("number", "levelled"), [(5, {PITCH}), (7, set())])
+def test_roll_and_pitch_are_judged_by_pulses_of_twice_a_second_unless_an_autopilot_levels_them_in_between(
+    tmp_path, number, levelled
+):
+    """The thrust that levels looks like a righting moment: 0.3 m of one was told of a hull of 0.08 m."""
+    case = draw(100_002, number, "none", seconds=100.0)
+    assert case.autopilot.level.any() == bool(levelled)
     (tmp_path / "rov.yaml").write_text(case.vehicle.text)
     file = load_vehicle(str(tmp_path / "rov.yaml"))
     (name,) = file.vehicle.configurations
-    for rates, levelled in ((COMPANION, False), (STATION, True)):
+    for rates, left in ((COMPANION, set()), (STATION, levelled)):
         log = tmp_path / "dive.tlog"
         log.write_bytes(replace(case, rates=rates).recording(0))
         built = nominal_of(read_dive(log, None, file), file, name).built
-        assert {3, 4} & set(built.missing) == ({3, 4} if levelled else set())
-        assert {3, 4} & {axis.dof for axis in built.axes} == (set() if levelled else {3, 4})
+        assert {dof for dof, why in built.missing.items() if "may level it" in why} == left
+        assert {ROLL, PITCH} & {axis.dof for axis in built.axes} == {ROLL, PITCH} - {*built.missing}

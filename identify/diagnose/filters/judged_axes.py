@@ -9,8 +9,7 @@ from bridge.vehicle.coefficients import (
     PITCH,
     ROLL,
 )
-from bridge.vehicle.config import Configuration, VehicleFile
-from bridge.vehicle.thrusters import allocation_matrix
+from bridge.vehicle.config import VehicleFile
 from identify.diagnose.filters.regression import LEVELLED
 from identify.dive import Dive, Signal
 from identify.estimators.axes.axis import Axes
@@ -25,8 +24,6 @@ USUAL_HZ = 25.0
 SLOWEST_LEVELLING_S = 0.25
 """Interval between commands within which an autopilot that levels roll and pitch has answered a tilt: its thrust looks
 like a righting moment."""
-
-LEAST_LEVER_M = 1e-3
 
 QUICKEST_S = 0.06
 """Least time constant (mass over damping) of a degree of freedom: three commands of an autopilot's log."""
@@ -73,7 +70,7 @@ def _averaged(signal: Signal | None) -> Signal | None:
     return Signal(time_s.mean(axis=1)[regular], value[regular])
 
 
-def without_quick(start: StartFit, built: Axes, dive: Dive, configuration: Configuration) -> Axes:
+def without_quick(start: StartFit, built: Axes) -> Axes:
     """The axes without degrees of freedom that settle within a few commands, or swing or may be levelled within a slow
     sample: the recording misses the thrust in between."""
     quick = {
@@ -84,26 +81,17 @@ def without_quick(start: StartFit, built: Axes, dive: Dive, configuration: Confi
     left = dict.fromkeys(
         quick, f"it settles within {QUICKEST_S:g} s, too quickly to be told from recorded commands"
     )
-    swinging = {
-        problem.axis.dof: problem.axis.sampled_s
+    left |= {
+        problem.axis.dof: "it swings too quickly for commands that are known every "
+        f"{problem.axis.unknown_s:.2g} s"
         for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
-        if problem.axis.stiffness * problem.axis.sampled_s**2 > np.exp(start.theta[of_axis][MASS])
+        if problem.axis.stiffness * problem.axis.unknown_s**2 > np.exp(start.theta[of_axis][MASS])
     }
     left |= {
-        dof: f"it swings too quickly for commands that are known every {sampled_s:.2g} s"
-        for dof, sampled_s in swinging.items()
+        axis.dof: f"an autopilot may level it between commands that are known every {axis.unknown_s:.2g} s"
+        for axis in built.axes
+        if axis.dof in LEVELLED and axis.unknown_s > SLOWEST_LEVELLING_S
     }
-    turned_by_thrust = np.abs(allocation_matrix(configuration)).max(axis=1, initial=0.0) > LEAST_LEVER_M
-    for problem in start.joint.problems:
-        sampled_s = dive.reckoned.step_s if dive.reckoned else problem.axis.sampled_s
-        if (
-            problem.axis.dof in LEVELLED
-            and sampled_s > SLOWEST_LEVELLING_S
-            and turned_by_thrust[problem.axis.dof]
-        ):
-            left[problem.axis.dof] = (
-                f"an autopilot may level it between commands that are known every {sampled_s:.2g} s"
-            )
     kept = tuple(axis for axis in built.axes if axis.dof not in left)
     return replace(built, axes=kept, missing=built.missing | left) if kept and left else built
 

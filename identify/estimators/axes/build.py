@@ -120,6 +120,7 @@ def build_axes(
             speed=speed,
             before_filter=before_filter,
             white_force=float(forces.hidden[dof]),
+            unknown_s=float(forces.unknown_s[dof]),
             timing=timing,
             smoothing_s=smoothing_s,
             trim_of_run=tuple(range(len(events.runs))),
