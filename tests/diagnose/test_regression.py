@@ -7,6 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from bridge.vehicle.coefficients import YAW
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.evidence import (
     Block,
@@ -27,7 +28,7 @@ from identify.diagnose.filters.innovations import (
     means_before,
     value_before,
 )
-from identify.diagnose.filters.judged_axes import thinned
+from identify.diagnose.filters.judged_axes import thinned, without_quick
 from identify.diagnose.filters.nominal import _unsmoothed
 from identify.diagnose.filters.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
 from identify.diagnose.filters.regression import delayed_thrust, piece_s, regression_of
@@ -38,6 +39,7 @@ from identify.effects.environment import STEADY_CURRENT
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.axes.motion import Motion
 from identify.estimators.filter.state import VELOCITY
+from identify.estimators.likelihood.axis import DAMPING, MASS
 from identify.ingest.rotation import quaternions_from_euler
 
 
@@ -416,6 +418,22 @@ def test_white_innovations_keep_all_but_chance_and_a_few_rows_all():
     white = np.random.default_rng(100_004).standard_normal(20_000)
     assert np.abs(autoregression_of(np.arange(20_000), white).by_lag).max() < 0.03
     assert autoregression_of(np.arange(199), white).by_lag.size == 0
+
+
+def test_a_hull_settles_no_quicker_than_the_inertia_of_its_body_lets_it(nominal, shape):
+    """A fit without causes took the lost thrust of a quarter of a hull's for a quarter of its inertia."""
+    (yaw,) = (
+        of_axis
+        for problem, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True)
+        if problem.axis.dof == YAW
+    )
+    theta = nominal.theta.copy()
+    theta[yaw.start + DAMPING] = np.log(10.0 * shape.inertia_kgm2[2])
+    theta[yaw.start + MASS] = np.log(0.2 * shape.inertia_kgm2[2])
+    start = SimpleNamespace(joint=nominal.joint, theta=theta)
+    light = replace(shape, inertia_kgm2=tuple(0.2 * each for each in shape.inertia_kgm2))
+    assert YAW not in without_quick(start, nominal.built, shape).missing
+    assert "it settles within" in without_quick(start, nominal.built, light).missing[YAW]
 
 
 def dive_with(**signals):

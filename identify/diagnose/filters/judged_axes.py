@@ -9,7 +9,7 @@ from bridge.vehicle.coefficients import (
     PITCH,
     ROLL,
 )
-from bridge.vehicle.config import VehicleFile
+from bridge.vehicle.config import Configuration, VehicleFile
 from identify.diagnose.filters.regression import LEVELLED
 from identify.dive import Dive, Signal
 from identify.estimators.axes.axis import Axes
@@ -70,13 +70,17 @@ def _averaged(signal: Signal | None) -> Signal | None:
     return Signal(time_s.mean(axis=1)[regular], value[regular])
 
 
-def without_quick(start: StartFit, built: Axes) -> Axes:
+def without_quick(start: StartFit, built: Axes, configuration: Configuration) -> Axes:
     """The axes without degrees of freedom that settle within a few commands, or swing or may be levelled within a slow
-    sample: the recording misses the thrust in between."""
+    sample: the recording misses the thrust in between.
+
+    The first fit is one without causes, and may take a weak thrust for a small inertia: a hull has that of its body.
+    """
     quick = {
         problem.axis.dof
         for problem, of_axis in zip(start.joint.problems, start.joint.slices, strict=True)
-        if np.exp(start.theta[of_axis][MASS]) < QUICKEST_S * _braking_of(problem, start.theta[of_axis])
+        if max(np.exp(start.theta[of_axis][MASS]), configuration.rigid_body(problem.axis.dof)[0])
+        < QUICKEST_S * _braking_of(problem, start.theta[of_axis])
     }
     left = dict.fromkeys(
         quick, f"it settles within {QUICKEST_S:g} s, too quickly to be told from recorded commands"

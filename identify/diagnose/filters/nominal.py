@@ -179,7 +179,7 @@ def nominal_of(
         dive = with_later_commands(dive, late_s)
         built = axes_of(dive, file, configuration_name)
         start = start_of(built, configuration)
-    if (slow := without_quick(start, built)) is not built:
+    if (slow := without_quick(start, built, configuration)) is not built:
         start, built = start_of(slow, configuration), slow
     filtered = (0, 1, 2) if dive.velocity_is_filtered else ()
     problems = tuple(
