@@ -15,7 +15,7 @@ from bridge.errors import FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import Configuration, ThrustCurve, VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
-from identify.dive import Dive, Reckoned, Signal
+from identify.dive import TIMED_S, Dive, Reckoned, Signal
 from identify.ingest.commands import sampled_seldom, unknown_between
 from identify.thrust.pwm_rounding import hidden_by_rounding, thrust_slope, unrounded_by_run
 from identify.thrust.wrench_history import (
@@ -224,7 +224,7 @@ def _of_reckoned(
         history,
         hidden=np.sqrt(np.maximum(missed, 0.0) * reckoned.step_s / 6.0),
         sampled_s=0.0 if reckoned.tells_timing else reckoned.unknown_s,
-        unknown_s=share * reckoned.step_s,
+        unknown_s=np.where(share * reckoned.step_s > TIMED_S, reckoned.step_s, 0.0),
     )
 
 

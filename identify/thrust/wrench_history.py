@@ -38,9 +38,10 @@ class WrenchHistory:
     it is the same throughout.
     `source`: the thrusters' commands, pulses or newtons, or TAU_CMD. `sampled_s`: time between slow samples of the
     commands, 0 if the commands are known at all times. `stepped`: the history if slow samples step halfway to the next
-    instead of going straight to it; None without such samples. `unknown_s` (6,): the interval of samples that would
-    leave as much unknown of what the wrench answers in between; 0 where it is known, or was at rest. `breaks_s`
-    (r - 1,): times between the runs of a dive; before the first command of each run the wrench is constant.
+    instead of going straight to it; None without such samples. `unknown_s` (6,): the interval of samples between
+    which the wrench's answers to the motion are unknown; 0 where they are recorded, or reckoned as well as a delay
+    needs, or where the wrench was at rest. `breaks_s` (r - 1,): times between the runs of a dive; before the first
+    command of each run the wrench is constant.
     """
 
     time_s: Array

@@ -501,6 +501,7 @@ def test_thrust_that_comes_earlier_than_the_vehicle_file_says_is_no_delay(monkey
     )
     monkeypatch.setattr(Cause, "act", lambda *_: None)
     monkeypatch.setattr(search, "refitted", lambda *_: None)
+    monkeypatch.setattr(search, "_by_pushed", lambda now: now.log_posterior)
     monkeypatch.setattr(search, "_settled", lambda *given: (given[1], given[2]))
     quick = SimpleNamespace(causes=(Cause(of_first_order, np.array([0.09])),))
     _, fit = search._with_likeliest_timing(None, weighing, quick, lambda *_: likelier)

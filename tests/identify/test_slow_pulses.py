@@ -186,6 +186,17 @@ def test_what_thrusters_miss_together_is_a_force_where_they_push_alike_and_no_mo
         np.testing.assert_allclose(np.delete(hidden, dof), 0.0, atol=1e-6)
 
 
+@pytest.mark.parametrize(("missed_us", "unknown"), [(2.0, False), (10.0, True)])
+def test_a_tenth_of_an_autopilots_levelling_that_is_missed_leaves_its_answers_unknown(missed_us, unknown):
+    """A righting moment of 0.07 m that is not there was told of an autopilot that levels as hard as the hull does."""
+    dive, _ = recorded()
+    name = next(iter(FILE.vehicle.configurations))
+    reckoned = Reckoned(SELDOM_S, each_by_itself(missed_us), each_by_itself(30.0), 0.0)
+    history = wrench(replace(with_reckoned_pulses(dive), reckoned=reckoned), FILE, name)
+    assert history.unknown_s[ROLL] == (SELDOM_S if unknown else 0.0)
+    assert history.unknown_s[PITCH] == 0.0
+
+
 def test_thrusters_that_answer_a_noise_hide_no_delay_of_those_that_answer_the_sticks():
     """A depth sensor's noise, read ten times as often as recorded, moved the upright thrusters of many a dive."""
     dive, _ = recorded()

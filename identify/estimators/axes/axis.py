@@ -52,7 +52,7 @@ class Axis(Events):
     timing: timing errors of the readings of an autopilot's own filter, of slow samples of the commands, and of stamps.
     trim_of_run: number of the trim force of each run, from 0; each has its own, unless all have one in common.
     smoothing_s: time constant of that filter. sampled_s: interval of the command samples, 0 if the commands are known
-    at all times. unknown_s: the interval that would leave as much unknown of this axis's thrust (`WrenchHistory`).
+    at all times. unknown_s: the interval between which this axis's thrust may answer unseen (`WrenchHistory`).
     stepped (n,): change of the force if slow samples step halfway to the next instead of going straight
     to it; None without such samples.
     """
