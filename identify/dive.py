@@ -137,8 +137,8 @@ class Reckoned:
     """Pulses that stand between samples `step_s` apart.
 
     missed_us2, straight_us2 (k, k): covariance of the outputs by which the reckoning misses a sample, from the samples
-    before and behind it, and by which a straight line between these does. What one answer of an autopilot to what is
-    not recorded moves goes together: that of its depth sensor lifts a vehicle and does not turn it.
+    before and behind it, and by which a straight line between these does. An autopilot's answer to an unrecorded
+    reading moves several outputs together: that to its depth sensor lifts a vehicle and does not turn it.
     share: the one variance over the other, of the thruster whose pulses are foretold best. It tells the time at which
     the thrusters act, whatever noise of a depth sensor moves the others.
     """

@@ -199,7 +199,7 @@ class _Known:
 
 
 def _known_with_causes(weighing: Weighing, fit: Fitted) -> tuple[_Known, list[int]]:
-    """What a dive tells of the nominal parameters, with the causes' parameters fitted too; their indices in theta.
+    """The dive's word on the nominal parameters, with the causes' parameters fitted too; their indices in theta.
 
     The thrust is held to its curve, without a scale.
     """

@@ -58,8 +58,8 @@ PULSE: Final = Output(lambda pulses: pulses, lambda outputs: outputs)
 class Law:
     """The law of the pulses: sticks `delay_s` earlier, and `factors` (p, k) of all that makes each `output`.
 
-    missed, straight (k, k): covariance of what it misses of a sample, and of what a sample halfway between its
-    neighbours does, in the output's unit; share: the one variance over the other, of all outputs; shares (k,): the same
+    missed, straight (k, k): covariance of its misses of a sample, and of those of a sample halfway between its
+    neighbours, in the output's unit; share: the one variance over the other, of all outputs; shares (k,): the same
     of each output, 1 at rest.
     """
 

@@ -210,7 +210,7 @@ def _sampled(
 def _of_reckoned(
     history: WrenchHistory, reckoned: Reckoned, dive: Dive, file: VehicleFile, configuration_name: str
 ) -> WrenchHistory:
-    """The history with what is unknown of reckoned pulses between their samples.
+    """The history with the unknown part of reckoned pulses between their samples.
 
     A sample missed from both neighbours by a variance v lies amid two steps of a walk of variance 2 v a step, and one
     such step hides a twelfth of that, times its length.

@@ -298,8 +298,8 @@ def _of_axis_alone(axes: Sequence[AxisInnovations], k: int, columns: Array) -> B
 
 
 def delayed_thrust(innovations: AxisInnovations) -> Array:
-    """Response (own rows, k) of an axis to its own thrust at each delay, less its mean: what is steady answers a steady
-    force, which a column of it would take up whole, however plain that is."""
+    """Response (own rows, k) of an axis to its own thrust at each delay, less its mean: a steady response answers a
+    steady force, which a column of it would take up whole, however plain that is."""
     axis = innovations.problem.axis
     force = axis.force.mean(axis=1)
     force = force - np.average(force, weights=axis.step_s)
