@@ -416,3 +416,15 @@ class TestCommand:
         capsys.readouterr()
         assert self.run(folder, "--accepted", earlier) == 2
         assert "another" in capsys.readouterr().err
+
+    def test_a_change_that_no_thrust_curve_is_known_to_is_told_and_is_no_cause(
+        self, case, folder, tmp_path, capsys, monkeypatch
+    ):
+        monkeypatch.setattr("identify.diagnose.changed.LEAST_FORCE", 0.5)
+        earlier, answer = tmp_path / "earlier.json", tmp_path / "a.json"
+        self.accepted(case, 1.3, 0.02, earlier)
+        assert self.run(folder, "--accepted", earlier, "--json", answer) == 0
+        assert "thrust_gain" not in {effect["name"] for effect in json.loads(answer.read_text())["effects"]}
+        shown = " ".join(capsys.readouterr().out.split())
+        assert "Beside what was accepted thrust gain (" in shown
+        assert "no more than its values or the thrust curve are unsure by" in shown

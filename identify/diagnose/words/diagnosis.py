@@ -147,7 +147,8 @@ def shown_note(shown: Sequence[Finding]) -> tuple[str, ...]:
         return ()
     causes = [f"{effect_words(cause.cause.effect)} ({percent_bounded(cause.probability)})" for cause in shown]
     return (
-        f"Beside what was accepted {listed(causes)} {_shows(shown)}: as much as its values are unsure by.",
+        f"Beside what was accepted {listed(causes)} {_shows(shown)}: no more than its values or the thrust "
+        "curve are unsure by.",
     )
 
 
