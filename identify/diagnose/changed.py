@@ -89,8 +89,8 @@ class Shift:
 def shift_of(explanation: Explanation, accepted: Mapping[str, Prior], library: Sequence[Effect]) -> Shift:
     """The shift of masses and dampings known both from the dive and from acceptance."""
     weighing, now = explanation.weighing, explanation.now
-    known, indices = _known_with_causes(weighing, explanation.fit)
-    covariance = known.inverse[: len(indices), : len(indices)]
+    equations, indices = _equations_with_causes(weighing, explanation.fit)
+    covariance = equations.inverse[: len(indices), : len(indices)]
     names, at, prior = [], [], []
     for name, index in _coefficient_indices(now):
         if name in accepted:
@@ -103,7 +103,7 @@ def shift_of(explanation: Explanation, accepted: Mapping[str, Prior], library: S
     covariance_both = covariance[np.ix_(at, at)] + np.diag((std / fitted) ** 2)
     effects = tuple(item for item in library if item.refit_absorbs and len(item.parameters) == 1)
     patterns = [
-        _pattern(effect, weighing, known)[at]
+        _pattern(effect, weighing, equations)[at]
         if _is_push(effect, now.course)
         else _direct_pattern(effect, now, names)
         for effect in effects
@@ -190,7 +190,7 @@ def _likeness(shift: Shift, number: int, other: int) -> float:
 
 
 @dataclass(frozen=True)
-class _Known:
+class _Equations:
     """The columns of the nominal parameters, and after them of the causes' parameters, and the covariance `inverse`
     (k, k) of all their sizes."""
 
@@ -198,8 +198,8 @@ class _Known:
     inverse: Array
 
 
-def _known_with_causes(weighing: Weighing, fit: Fitted) -> tuple[_Known, list[int]]:
-    """The dive's word on the nominal parameters, with the causes' parameters fitted too; their indices in theta.
+def _equations_with_causes(weighing: Weighing, fit: Fitted) -> tuple[_Equations, list[int]]:
+    """The equations of the nominal parameters, with the causes' parameters fitted too; their indices in theta.
 
     The thrust is held to its curve, without a scale.
     """
@@ -210,7 +210,7 @@ def _known_with_causes(weighing: Weighing, fit: Fitted) -> tuple[_Known, list[in
     square = columns.square()
     square[weighing.rows.scales, :] = square[:, weighing.rows.scales] = 0.0
     known = np.concatenate([weighing.rows.nominal_precision, np.zeros(fit.slopes.shape[1])])
-    return _Known(columns, inverse(square + np.diag(known))), indices
+    return _Equations(columns, inverse(square + np.diag(known))), indices
 
 
 def _coefficient_indices(now: Nominal) -> list[tuple[str, int]]:
@@ -227,13 +227,13 @@ def _is_push(effect: Effect, course: Course) -> bool:
     return act.mass is None and act.damping is None
 
 
-def _pattern(effect: Effect, weighing: Weighing, known: _Known) -> Array:
+def _pattern(effect: Effect, weighing: Weighing, equations: _Equations) -> Array:
     """Shift of the nominal parameters, logarithmic, by removal of one unit of a force or reading error."""
     course = weighing.now.course
     unit = effect.act(course, effect.none() + 1.0)
-    crossed = known.columns.crossed(weighing.rows.columns([unit], course))[:, 0]
+    crossed = equations.columns.crossed(weighing.rows.columns([unit], course))[:, 0]
     crossed[weighing.rows.scales] = 0.0
-    return np.asarray(known.inverse @ crossed)
+    return np.asarray(equations.inverse @ crossed)
 
 
 def _direct_pattern(effect: Effect, now: Nominal, names: Sequence[str]) -> Array:
