@@ -260,8 +260,8 @@ def held_unseen(dive: Dive) -> tuple[int, ...]:
     """Degrees of freedom that a stock autopilot holds by readings that its log lacks: heave, whose depth it holds by a
     climb rate of its own.
 
-    Its thrust follows the sea there unseen, which heave's own equation takes for mass, more than twice the true one
-    of a vehicle that hardly moves up and down.
+    Its thrust follows the sea there unseen, which heave's own equation takes for mass: far too much of a vehicle that
+    hardly moves up and down.
     """
     return (HEAVE,) if dive.velocity_is_filtered and _lacking(dive) else ()
 

@@ -227,7 +227,7 @@ def _by_pushed(now: Nominal) -> float:
     """Log posterior of the filters without the readings of axes that no thruster pushes.
 
     A late thrust, or a current against which thrust holds, moves these by Coriolis forces alone. An error of the speeds
-    that make them was worth 40 nats in pitch, where the delay of a thrust was worth 20 elsewhere.
+    that make them may be worth more there than the delay of a thrust is elsewhere.
     """
     return now.log_posterior - sum(
         problem.log_likelihood(now.theta[of_axis])
