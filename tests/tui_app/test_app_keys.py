@@ -132,7 +132,7 @@ def left_after(keys):
                 app.post_message(typed(key))
             # Not by the pilot's pauses: they give up on a slow machine.
             while app.return_code is None:
-                await asyncio.sleep(0)
+                await asyncio.sleep(0.002)
             return app.return_code
 
     return asyncio.run(work())
