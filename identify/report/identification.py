@@ -15,12 +15,18 @@ from identify.dive import Dive, Signal
 from identify.doubt import Outcome
 from identify.estimators.comparison import Comparison, further_remarks
 from identify.gnss_fixes import check_fixes
-from identify.identification import Estimate, Identification, added_mass, estimate
+from identify.identification import (
+    LARGEST_RELATIVE_STD,
+    Estimate,
+    Identification,
+    added_mass,
+    estimate,
+)
 from identify.report import cells, figures, tables
 from identify.report.cells import Cell
 from identify.report.page import Report, Section, Table
 from identify.run.identify import Identified
-from identify.words import MISSING, capital, count, fixed, seconds, significant, unit
+from identify.words import MISSING, capital, count, fixed, listed, seconds, significant, unit
 
 OUTCOME_MEANS = {
     Outcome.AT_BOUND: (
@@ -66,17 +72,34 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Ma
 
 
 def _accuracy(answer: Identification) -> str:
-    """How well masses and dampings are known: `, masses to 3.1 % and dampings to 1.2 % or better given the thrust`."""
-    said = []
-    for kind, words in (("mass", "masses"), ("damping", "dampings")):
-        shares = [
+    """How well masses and drag are known: `, masses to 3.1 % and dampings to 1.2 % or better given the thrust`.
+
+    An axis with linear and quadratic damping counts by the drag of both at the dive's speed, for each of them alone
+    may be nearly free.
+    """
+    paired = {name for force in answer.drag_forces for name in (force.linear, force.quadratic)}
+    known = [e for e in answer.parameters if e.identifiable and e.value and e.name in BY_NAME]
+    of_kind = {
+        kind: [
             (e.high95 - e.low95) / 2 / abs(e.value)
-            for e in answer.parameters
-            if e.identifiable and e.value and e.name in BY_NAME and BY_NAME[e.name].kind == kind
+            for e in known
+            if BY_NAME[e.name].kind == kind and e.name not in paired
         ]
-        if shares and np.isfinite(shares).all():
-            said.append(f"{words} to {significant(100 * max(shares), 2)} %")
-    return f", {' and '.join(said)} or better given the thrust" if said else ""
+        for kind in ("mass", "damping")
+    }
+    told = (f for f in answer.drag_forces if f.relative_std <= LARGEST_RELATIVE_STD)
+    forces = [(f.high95 - f.low95) / 2 / f.force for f in told]
+    shares = {
+        "masses": of_kind["mass"],
+        "dampings": of_kind["damping"],
+        "drag at the dive's speeds": forces,
+    }
+    said = [
+        f"{words} to {significant(100 * max(each), 2)} %"
+        for words, each in shares.items()
+        if each and np.isfinite(each).all()
+    ]
+    return f", {listed(said)} or better given the thrust" if said else ""
 
 
 def identification_section(

@@ -7,15 +7,21 @@ import numpy as np
 import pytest
 from soak import rest_in_soak
 
-from bridge.vehicle.config import Configuration, Thruster, Water
+from bridge.vehicle.config import Configuration, Thruster, Water, load_vehicle
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome
-from identify.identification import Identification, Partner, added_mass, estimate
+from identify.identification import DragForce, Identification, Partner, added_mass, estimate
 from identify.nuisance import disturbance, noise, time_constant, trim
 from identify.report.figures import autocorrelation, dead_reckon
-from identify.report.identification import dive_section, identification_section, innovations_section
+from identify.report.identification import (
+    dive_section,
+    identification_report,
+    identification_section,
+    innovations_section,
+)
 from identify.report.page import Report, write_report
 from identify.report.tables import nuisance_tables
+from identify.run.identify import Identified
 from identify.run.joined_runs import joined
 
 NAN = float("nan")
@@ -206,6 +212,21 @@ def straight_dive():
         notes=("No altitude was recorded.",),
         counts={"frames": 12345},
     )
+
+
+def test_two_dampings_of_an_axis_count_by_their_drag_at_the_dive_s_speed():
+    linear = estimate("D_u", 10.0, 4.0, 2.0, 18.0)
+    quadratic = estimate("X_uu", 40.0, 8.0, 24.0, 56.0)
+    alone = estimate("D_r", 2.0, 0.1, 1.8, 2.2)
+    drag = DragForce("surge", "D_u", "X_uu", 0.5, 15.0, 0.3, 14.4, 15.6, -0.98)
+    unknown = DragForce("sway", "D_v", "Y_vv", 0.1, 1.0, 0.9, 0.0, 2.8, -0.5)
+    answer = replace(identification(MASS, linear, quadratic, alone), drag_forces=(drag, unknown))
+    file = load_vehicle("ruvifist:hovering")
+    report = identification_report([Identified(straight_dive(), file, answer, ())], {})
+    told = (
+        "masses to 1.2 %, dampings to 10 % and drag at the dive's speeds to 4.0 % or better given the thrust"
+    )
+    assert told in report.verdict
 
 
 def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
