@@ -93,8 +93,8 @@ class Mission:
     start_depth_m: float = DEPTH_M
     start_heading_rad: float = 0.0
     vehicle: str = ""
-    _starts: tuple[float, ...] = field(init=False, repr=False)
-    _poses: tuple[tuple[float, float], ...] = field(init=False, repr=False)
+    _starts: tuple[float, ...] = field(init=False)
+    _poses: tuple[tuple[float, float], ...] = field(init=False)
 
     def __post_init__(self) -> None:
         named = (

@@ -35,7 +35,7 @@ MOVED_SHARE: Final = 0.05
 LEAST_FED: Final = 1e-6
 LEAST_EXPLAINED: Final = 0.7
 LONGEST_TICK_S: Final = 0.25
-UNLIMITED: Final = (math.inf,) * 6
+UNLIMITED: Final = (math.inf,) * len(DOFS)
 NONE_FLOWN: Final = "shadow: none flown, seatrial ff shadow first"
 
 

@@ -29,6 +29,7 @@ class Hull(NamedTuple):
 
     drag: Array
     near_share: Array
+    floor_m: float
     drag_power: float = 1.8
     asymmetry: float = 0.0
     lift_y: float = 0.0
@@ -48,7 +49,6 @@ class Hull(NamedTuple):
     surface_m: float = 0.5
     bottom: float = 0.0
     bottom_m: float = 0.5
-    floor_m: float = 100.0
     wave_number: float = 0.0
     wave_ref: float = 0.0
     shed_n: float = 0.0
@@ -64,7 +64,7 @@ class Hull(NamedTuple):
 
 def bare_hull(floor_m: float) -> Hull:
     """A hull that hides nothing, above a bottom at depth `floor_m`."""
-    return Hull(np.zeros(6), np.array([0.3, 1.0, 1.0, 0.0, 0.0, 0.0]), floor_m=floor_m)
+    return Hull(np.zeros(6), np.array([0.3, 1.0, 1.0, 0.0, 0.0, 0.0]), floor_m)
 
 
 @njit(cache=True, error_model="numpy")

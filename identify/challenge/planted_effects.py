@@ -68,13 +68,13 @@ def munk_moment(rng: np.random.Generator, vehicle: DrawnVehicle, size: float) ->
 
 
 def fouling(_: np.random.Generator, __: DrawnVehicle, size: float) -> Planted:
-    """Drag that grows ever more slowly; expressed as the steady growth with the same mean."""
+    """Drag that grows ever more slowly; expressed as a steady growth, from which the nearest one is sought."""
     total = sized(0.06, size)
 
     def apply(scenario: Scenario, _: np.random.Generator) -> None:
         scenario.fouled, scenario.fouled_s = total, 480.0
 
-    return Planted("fouling", {"rate": 1.25 * total / 480.0}, apply, size)
+    return Planted("fouling", {"rate": total / 480.0}, apply, size)
 
 
 def add_first_moments(matrix: Array, x: float, y: float, of_water: bool) -> None:

@@ -55,13 +55,11 @@ def draw_control(rng: np.random.Generator, vehicle: DrawnVehicle) -> Control:
     kp[3:5], ki[3:5], kd[3:5] = 0.0, 0.0, 0.2 * damping[3:5]
     shape = vehicle.configuration
     reach = np.abs(allocation_matrix(shape)).sum(axis=1) * shape.thruster_limit_n
-    able = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 1.0])
     ahead = float(rng.choice([0.0, 1.0]))
     memory_s = float(rng.choice([0.0, 0.1, 0.25]))
     limit_n = 0.95 * shape.thruster_limit_n
     return Control(
-        kp, ki, kd, 0.4 * reach, mass * able, damping * able, ahead, memory_s, -limit_n,
-        limit_n,
+        kp, ki, kd, 0.4 * reach, mass, damping, ahead, memory_s, -limit_n, limit_n,
     )  # fmt: skip
 
 

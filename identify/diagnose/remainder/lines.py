@@ -122,13 +122,14 @@ def _spectrum(clock: Clock, score: Array, at_s: Array, time_s: Array) -> tuple[A
     By chance, the variance of a force's score is its information. Empty for a clock that hardly moves.
     """
     phase, size = np.interp(at_s, time_s, clock.phase), np.interp(at_s, time_s, clock.size)
+    phase -= phase.min()
     low, high = clock.band
-    travelled = float(phase[-1] - phase[0])
+    travelled = float(phase.max())
     if travelled < 2 * high:
         return np.zeros(0), np.zeros(0)
     step = low / BINS
     count = int(travelled / step) + 1
-    binned = np.bincount(((phase - phase[0]) / step).astype(np.intp), size * score, minlength=count)
+    binned = np.bincount((phase / step).astype(np.intp), size * score, minlength=count)
     power = np.abs(np.fft.rfft(binned, FINER * count)) ** 2
     rate = 2 * np.pi * np.arange(len(power)) / (FINER * count * step)
     inside = (rate > 2 * np.pi / high) & (rate < 2 * np.pi / low)
