@@ -1,5 +1,6 @@
 """Which causes are named: their forms and bounds, the choice among them, and how probable each is."""
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
@@ -510,6 +511,16 @@ def test_the_confidence_of_a_distance_is_that_of_chi_squared(freedom):
 
     for at in (-1.0, 0.0, 1e-3, 0.5, 3.84, 12.0, 80.0):
         assert chi_squared(freedom, at) == pytest.approx(float(chdtr(freedom, max(at, 0.0))), abs=1e-12)
+
+
+def test_the_confidence_in_a_cause_is_by_its_distance_from_absence_in_its_own_errors():
+    """A thruster that gives nine tenths, known to a tenth, beside a bias of two numbers."""
+    causes = (Cause(DVL_BIAS, np.array([0.1, 0.4, 0.0])), Cause(weak(1), np.array([0.9])))
+    fit = replace(fit_of(50.0), causes=causes, at=((0, 0), (0, 1), (1, 0)))
+    covariance = np.diag([0.1, 0.2, 0.1]) ** 2
+    covariance[1, 2] = covariance[2, 1] = 0.01
+    assert module._confidence(fit, covariance, 1) == pytest.approx(math.erf(math.sqrt(0.5)))
+    assert module._confidence(fit, covariance, 0) == pytest.approx(1.0 - math.exp(-2.5))
 
 
 def fitted(effect, values, std):

@@ -156,24 +156,29 @@ PUSH = Cause(QUADRATIC_DRAG, 50.0 * np.eye(6)[0])
 
 
 @pytest.mark.parametrize(
-    ("nats", "errors", "taken"),
-    [(7.1, 1.1, True), (6.9, 1.1, False), (6.9, 50.0, False), (7.1, 0.9, False), (700.0, 0.9, False)],
+    ("nats", "errors", "saved", "taken"),
+    [(7.1, 1.1, 7.1, True), (7.0, 50.0, 90.0, False), (7.1, 1.0, 90.0, False), (7.1, 1.1, 7.0, False)],
 )
-def test_a_cause_is_taken_from_seven_nats_and_one_standard_error_of_them_on(monkeypatch, nats, errors, taken):
+def test_a_cause_is_taken_from_seven_nats_and_one_standard_error_of_them_on(
+    monkeypatch, nats, errors, saved, taken
+):
+    """By the equations of all candidates, and `saved` by the fit with it."""
     monkeypatch.setattr(selection, "beyond_all", lambda *_: None)
     monkeypatch.setattr(selection, "ranked_candidates", lambda *_: [(nats, errors, PUSH)])
-    fit = with_one_more(saving(nats), fitted((), 0.0))
+    fit = with_one_more(saving(saved), fitted((), 0.0))
     assert fit.causes == ((PUSH,) if taken else ())
 
 
-@pytest.mark.parametrize(("nats", "kept"), [(7.1, True), (6.9, False)])
+@pytest.mark.parametrize(("nats", "kept"), [(7.0, True), (6.9, False)])
 def test_a_cause_alone_that_saves_less_than_seven_nats_is_dropped_again(nats, kept):
     assert pruned(saving(nats), fitted([PUSH], nats)).causes == ((PUSH,) if kept else ())
 
 
-@pytest.mark.parametrize(("errors", "kept"), [(1.1, True), (0.9, False)])
-def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_one_standard_error(
-    monkeypatch, errors, kept
+@pytest.mark.parametrize(
+    ("nats", "errors", "kept"), [(7.0, 1.1, True), (6.9, 1.1, False), (20.0, 1.0, False)]
+)
+def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_is_asked_or_one_standard_error(
+    monkeypatch, nats, errors, kept
 ):
     coupled = Cause(COUPLED_DAMPING, np.array([1.0, -1.0]))
     monkeypatch.setattr(
@@ -181,7 +186,7 @@ def test_a_cause_beside_another_is_dropped_where_it_saves_less_than_one_standard
     )
     monkeypatch.setattr(selection, "required_gain", lambda *_: 7.0)
     monkeypatch.setattr(
-        selection, "ranked_candidates", lambda *_: [(20.0, errors, PUSH), (20.0, 5.0, coupled)]
+        selection, "ranked_candidates", lambda *_: [(nats, errors, PUSH), (20.0, 5.0, coupled)]
     )
     left = pruned(saving(20.0), fitted([PUSH, coupled], 40.0)).causes
     assert left == ((PUSH, coupled) if kept else (coupled,))
@@ -226,6 +231,24 @@ def test_a_cause_that_lowers_the_likelihood_is_taken_only_where_the_filters_with
     causes = explained(spoilt, *LIBRARY).causes
     assert [cause.effect for cause in causes] == [drag.effect] * taken
     assert asked == [set(), set() if taken else {drag.effect.label}]
+
+
+def test_a_search_that_finds_other_causes_each_time_ends_after_ten_turns(monkeypatch):
+    weighing, asked, told = replace_now(saving(20.0), log_posterior=0.0), [], []
+
+    def restless(*_):
+        asked.append(Cause(weak(len(asked) + 1), np.array([0.5])))
+        return fitted(asked[-1:], 20.0)
+
+    monkeypatch.setattr(search, "improved", restless)
+    monkeypatch.setattr(search, "_settled", lambda _, weighing, fit, __: (weighing, fit))
+    for step in ("timing", "variants"):
+        monkeypatch.setattr(search, f"_with_likeliest_{step}", lambda _, weighing, fit, __: (weighing, fit))
+    monkeypatch.setattr(search, "_with_usual_values", lambda _, weighing, fit, __: (weighing, fit))
+    found = search._searched(None, None, weighing, fitted([], 0.0), lambda share, _: told.append(share))
+    assert (len(asked), found.causes) == (10, (asked[-1],))
+    assert told == sorted(told)
+    assert (told[0], told[-1]) == pytest.approx((0.5 / 11, 10 / 11))
 
 
 def test_a_search_ends_where_the_same_causes_in_another_form_lower_the_likelihood(draggy, monkeypatch):
@@ -348,10 +371,11 @@ def test_a_further_cause_that_the_filters_drop_is_none_and_neither_are_the_other
 
 
 @pytest.mark.parametrize(
-    ("least_likely", "turns"), [(10.5, 1), (9.5, search.MOST_REFITS), (-np.inf, search.MOST_REFITS)]
+    ("least_likely", "climb", "turns"),
+    [(10.5, 0.01, 1), (9.5, 0.01, 5), (-np.inf, 6.9, 5), (-np.inf, 7.0, 20)],
 )
-def test_causes_with_which_the_filters_are_far_less_likely_are_not_settled_any_further(
-    monkeypatch, least_likely, turns
+def test_causes_are_settled_in_five_turns_or_twenty_while_the_filters_rise_and_not_where_these_are_far_less_likely(
+    monkeypatch, least_likely, climb, turns
 ):
     """At another maximum they climb a little with every turn, and never to where they were."""
     weighing, refits = saving(8.0), []
@@ -359,7 +383,7 @@ def test_causes_with_which_the_filters_are_far_less_likely_are_not_settled_any_f
     monkeypatch.setattr(search, "replace", lambda what, **_: what)
 
     def refitted(*_):
-        refits.append(replace_now(weighing, log_posterior=10.0 + 0.01 * len(refits)).now)
+        refits.append(replace_now(weighing, log_posterior=10.0 + climb * len(refits)).now)
         return refits[-1]
 
     monkeypatch.setattr(search, "refitted", refitted)
