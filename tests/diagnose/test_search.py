@@ -470,7 +470,7 @@ def test_six_nats_are_worth_half_of_the_most_that_is_ever_told(margin_nats, expe
     assert probability(margin_nats) == pytest.approx(expected, rel=1e-9)
 
 
-@pytest.mark.parametrize(("log_posterior", "named"), [(-1.0, 1), (-10.0, 2)])
+@pytest.mark.parametrize(("log_posterior", "named"), [(-2.9, 1), (-3.0, 2)])
 def test_of_two_thrusters_that_do_as_well_the_weak_one_is_named(monkeypatch, log_posterior, named):
     strong, weaker = Cause(weak(2), np.array([1.4])), Cause(weak(1), np.array([0.7]))
     instead = SimpleNamespace(now=SimpleNamespace(log_posterior=log_posterior))
@@ -530,6 +530,54 @@ def test_thrust_that_comes_earlier_than_the_vehicle_file_says_is_no_delay(monkey
     quick = SimpleNamespace(causes=(Cause(of_first_order, np.array([0.09])),))
     _, fit = search._with_likeliest_timing(None, weighing, quick, lambda *_: likelier)
     assert all(cause.effect is not COMMAND_DELAY and cause.values[0] > 0.0 for cause in fit.causes)
+
+
+LATE, LATE_BY_LAG = Cause(COMMAND_DELAY, np.array([0.1])), Cause(thruster_lag(0.1)[0], np.array([0.2]))
+HIGH, HIGH_TOO = (Cause(effect, effect.start()) for effect in PITCH_ROLL_COUPLING[:2])
+
+
+@pytest.mark.parametrize(
+    ("told", "other", "rise", "nats", "taken"),
+    [
+        (LATE, LATE_BY_LAG, 3.1, 9.0, True),
+        (LATE, LATE_BY_LAG, 3.0, 9.0, False),
+        (HIGH, HIGH_TOO, 3.1, 3.1, True),
+        (HIGH, HIGH_TOO, 3.0, 9.0, False),
+        (HIGH, HIGH_TOO, 9.0, 3.0, False),
+    ],
+)
+def test_another_form_of_a_cause_takes_its_place_from_three_nats_on(
+    monkeypatch, told, other, rise, nats, taken
+):
+    """rise: of the filters with it; nats: that it saves at fixed noise levels."""
+    weighing = replace_now(saving(nats), log_posterior=0.0)
+    weighing.library = (told.effect, other.effect)
+    likelier = replace_now(saving(nats), log_posterior=rise)
+    monkeypatch.setattr(Cause, "act", lambda *_: None)
+    monkeypatch.setattr(search, "refitted", lambda *_: None)
+    monkeypatch.setattr(search, "_by_pushed", lambda now: now.log_posterior)
+    monkeypatch.setattr(search, "may_be_cause", lambda *_: True)
+    monkeypatch.setattr(search, "_settled", lambda *given: (likelier, given[2]))
+    with_likeliest = search._with_likeliest_timing if told.effect.timing else search._with_likeliest_variants
+    _, fit = with_likeliest(None, weighing, fitted([told], nats), lambda *_: likelier)
+    assert [cause.effect for cause in fit.causes] == [other.effect if taken else told.effect]
+
+
+@pytest.mark.parametrize(("rise", "settled_rise", "begun"), [(0.1, 7.1, 1), (0.0, 90.0, 0), (0.1, 7.0, 0)])
+def test_a_search_begins_with_a_late_thrust_that_makes_the_filters_likelier_by_seven_nats(
+    monkeypatch, rise, settled_rise, begun
+):
+    first, settled = (replace_now(saving(9.0), log_posterior=by) for by in (rise, settled_rise))
+    nominal = SimpleNamespace(log_posterior=0.0, course=None)
+    plain = SimpleNamespace(fitted=lambda _: fitted([], 0.0), library=(), now=nominal)
+    monkeypatch.setattr(search, "_late_thrust", lambda *_: [LATE])
+    monkeypatch.setattr(search, "_drift", lambda *_: [])
+    monkeypatch.setattr(Cause, "act", lambda *_: None)
+    monkeypatch.setattr(search, "refitted", lambda *_: first.now)
+    monkeypatch.setattr(search, "_by_pushed", lambda now: now.log_posterior)
+    monkeypatch.setattr(search, "_settled", lambda *given: (settled, given[2]))
+    _, fit = search._begun(nominal, lambda now, _: plain if now is nominal else first)
+    assert fit.causes == (LATE,) * begun
 
 
 def test_a_late_thrust_is_known_no_better_than_its_stamps_and_dropped_where_these_may_make_it(nominal):

@@ -371,6 +371,14 @@ def test_a_stretch_in_which_slow_commands_jump_tells_of_no_burst(is_sampled):
     assert (stretches.beside_noise(scores_by_stretch, of).uneven < 0.5) is is_sampled
 
 
+def test_of_two_runs_each_has_its_whole_stretches_and_what_is_before_between_and_after_them_is_in_none():
+    stretches = _Stretches(4.0, 0.5, ((0.0, 11.0), (20.0, 30.0), (40.0, 41.0)))
+    assert stretches.count == 4
+    index, within = stretches.at(np.array([1.9, 2.0, 5.0, 6.0, 10.0, 15.0, 21.0, 22.0, 29.0, 30.0, 40.5]))
+    assert index.tolist() == [-1, 0, 0, 1, -1, -1, -1, 2, 3, -1, -1]
+    assert within.tolist() == [0.0, 0.0, 0.75, 0.0, 0.0, 0.0, 0.0, 0.0, 0.75, 0.0, 0.0]
+
+
 @pytest.mark.parametrize("rate", [0.0, 2.0])
 def test_a_stretch_has_the_sum_of_its_instants_scores_and_what_comes_after_the_last_has_none(rate):
     at_s = 0.25 * np.arange(103)
