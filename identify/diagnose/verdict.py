@@ -186,8 +186,8 @@ def is_unknown(findings: Sequence[Finding], left: Unexplained, saved_nats: float
     """
     left_nats = unexplained_nats(left)
     if stand_in(left.instead, saved_nats):
-        return left_nats > 0 or not closes >= WHOLE
-    if left_nats <= 0:
+        return bool(left_nats) or not closes >= WHOLE
+    if not left_nats:
         return False
     accepted = any(cause.probability >= LIKELY for cause in findings)
     return not accepted or left_nats > saved_nats or (math.isfinite(closes) and closes < LEAST_CLOSED)
@@ -207,7 +207,7 @@ def verdict_of(
     """
     if is_unknown(findings, left, saved_nats, closes):
         return "unknown"
-    if unexplained_nats(left) > 0:
+    if unexplained_forces(left):
         return "partly"
     if not findings:
         return "unknown" if swallowing(disturbance) else "no_gap"

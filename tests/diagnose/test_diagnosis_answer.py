@@ -157,9 +157,9 @@ def disturbed(share, driven):
         ((), left_by(5.0), 30.0, 0.9, (), "no_gap"),
         ((SURE,), left_by(5.0), 30.0, 0.9, (), "explained"),
         # Beside something left, causes that are borne out are named in part.
-        ((SURE,), left_by(100.0), 1831.0, 0.8, (), "partly"),
+        ((SURE,), left_by(100.0), 1831.0, 0.34, (), "partly"),
         ((SURE,), left_by(100.0), 1831.0, NAN, (), "partly"),
-        ((SURE,), left_by(100.0), 1831.0, 0.2, (), "unknown"),
+        ((SURE,), left_by(100.0), 1831.0, 0.32, (), "unknown"),
         ((SURE,), left_by(60.0, 50.0), 100.0, 0.8, (), "unknown"),
         ((UNSURE,), left_by(100.0), 1831.0, 0.8, (), "unknown"),
         ((), left_by(100.0), 0.0, NAN, (), "unknown"),
@@ -221,7 +221,7 @@ TILTING = replace(left_by(300.0), shapes=(GenericForce(4, "speed", "odd", np.zer
         (left_by(100.0), closing(1.0, 0.2), (0, 1, 2), True),
         # Elsewhere the floor has grown by it: so it has by one in pitch, which foretells what was held out.
         (TILTING, closing(1.0, NAN, "pitch"), (0, 1, 2), False),
-        (TILTING, closing(1.0, NAN, "pitch"), (), True),
+        (TILTING, closing(0.6, NAN, "pitch"), (), True),
         (TILTING, closing(1.0, 0.2, "pitch"), (), True),
         # Far below noise it is the wandering of an estimate, steady or not; in surge it is none.
         (TILTING, closing(0.4, NAN, "pitch"), (), False),
