@@ -249,7 +249,7 @@ class Hull:
     damping: tuple[float, ...]
     disturbance: tuple[float, ...]
     disturbance_time_s: float
-    quadratic: tuple[float, ...] = (0.0,) * 6
+    quadratic: tuple[float, ...]
 
 
 @dataclass(frozen=True)

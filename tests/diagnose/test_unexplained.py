@@ -22,6 +22,7 @@ from identify.diagnose.filters.regression import regression_of
 from identify.diagnose.nominal_fit import fitted_nominal
 from identify.diagnose.remainder import lines, slow, unexplained
 from identify.diagnose.remainder.bursts import _AxisScores, _Stretches, _StretchScores, bursts, mixture_gain
+from identify.diagnose.remainder.generic_forces import of_other_speeds, of_the_past, unit_forces
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.result import Next
@@ -59,6 +60,35 @@ def test_turning_that_later_readings_show_does_not_move_the_accelerations_that_f
     assert np.max(np.abs(by_later.nu_dot - by_earlier)) > 1e-3
     foreseen = unexplained._foreseen(replace(nominal, course=by_later))
     np.testing.assert_allclose(foreseen.nu_dot, by_earlier, atol=1e-12)
+
+
+def test_an_odd_force_turns_with_the_motion_and_thrust_that_it_depends_on_and_an_even_one_does_not(nominal):
+    course, dofs = nominal.course, [0, 1, 5]
+    back = replace(course, nu=-course.nu, nu_dot=-course.nu_dot, asked_n=-course.asked_n, rpm=-course.rpm)
+
+    def forces_of(course):
+        parts = [
+            unit_forces(course, dofs),
+            of_other_speeds(course, dofs),
+            *(of_the_past(course, d) for d in dofs),
+        ]
+        return [(parity, force) for part in parts for _, parity, force in part if parity]
+
+    sign = {"odd": -1.0, "even": 1.0}
+    forces = forces_of(course)
+    assert len(forces) > 50
+    for (parity, force), (_, turned) in zip(forces, forces_of(back), strict=True):
+        np.testing.assert_allclose(turned, sign[parity] * force, rtol=1e-6, atol=1e-9)
+
+
+def test_a_force_of_a_speed_is_named_by_it_and_one_of_turning_by_the_yaw_rate(nominal):
+    course, speeds = nominal.course, []
+    for dof in (0, 5):
+        speeds.append([variable for variable, *_ in of_other_speeds(course, [dof])])
+        named = {variable for variable, *_ in of_the_past(course, dof)}
+        assert named == {*speeds[-1]}
+        assert {variable for variable, *_ in unit_forces(course, [dof])} & {"speed", "yaw_rate"} == named
+    assert speeds == [["speed"], ["yaw_rate"]]
 
 
 def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypatch):
@@ -241,6 +271,18 @@ def test_lines_beside_the_strongest_of_a_sea_are_kin_of_it(nominal):
     slopes = [cause.slope(course, p) for p in range(6)]
     assert left_by(other, columns_of([*slopes, *companions(course, cause)], 0)) < 0.05
     assert left_by(other, columns_of([*slopes, *other_forms(course, cause)], 0)) > 0.5
+
+
+@pytest.mark.parametrize(("at", "off"), [(4, -0.4), (4, 0.0), (4, 0.3), (1, 0.4)])
+def test_a_line_s_rate_is_read_between_those_of_a_spectrum(at, off):
+    rate = 1.0 + 0.5 * np.arange(9)
+    true = rate[at] + 0.5 * off
+    assert seas._peak(rate, np.exp(-3.0 * (rate - true) ** 2), at) == pytest.approx(true)
+
+
+def test_a_line_s_rate_is_that_of_the_spectrum_where_this_ends_or_is_flat():
+    rate, spectrum = np.arange(1.0, 5.0), np.array([4.0, 3.0, 3.0, 3.0])
+    assert [seas._peak(rate, spectrum, at) for at in (0, 2, 3)] == [1.0, 3.0, 4.0]
 
 
 def test_a_tether_pulls_down_as_well(nominal):

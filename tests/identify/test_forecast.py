@@ -77,7 +77,7 @@ def accepted(values):
 def fitted(truth=TRUTH):
     """The fit of a diagnosis that found all of it exactly."""
     force, moment = truth.disturbance_n, truth.disturbance_nm
-    return Hull(truth.mass, truth.damping, (force,) * 3 + (moment,) * 3, truth.disturbance_time_s)
+    return Hull(truth.mass, truth.damping, (force,) * 3 + (moment,) * 3, truth.disturbance_time_s, (0.0,) * 6)
 
 
 MENDED = {**FED, "T1_gain": 0.8}

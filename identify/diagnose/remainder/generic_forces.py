@@ -6,6 +6,7 @@ from typing import Literal
 import numpy as np
 
 from bridge.arrays import Array
+from bridge.vehicle.coefficients import YAW
 from identify.effects.course import Course, lagged
 
 Variable = Literal[
@@ -38,7 +39,7 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
     nu, since = course.nu, course.since_s / max(float(course.since_s[-1]), 1e-9)
     for dof in dofs:
         speed = nu[:, dof]
-        name: Variable = "yaw_rate" if dof == 5 else "speed"
+        name = _speed_in(dof)
         yield name, "odd", speed * np.abs(speed)
         yield name, "odd", speed**3
         yield name, "even", speed**2
@@ -68,13 +69,13 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
         yield "time", None, since * nu[:, dof]
         yield "time", None, since * wrench[:, dof]
     heights: tuple[tuple[Variable, Array], ...] = (("depth", course.depth_m), ("altitude", course.altitude_m))
-    for name, values in heights:
+    for height, values in heights:
         if np.isfinite(values).all():
             # The constant part is a force by itself.
-            yield name, None, values - values.mean()
-            yield name, None, values**2 - np.mean(values**2)
+            yield height, None, values - values.mean()
+            yield height, None, values**2 - np.mean(values**2)
             for dof in dofs:
-                yield name, None, values * nu[:, dof]
+                yield height, None, values * nu[:, dof]
     if np.isfinite(course.voltage_v).all():
         yield "voltage", None, course.voltage_v - course.voltage_v.mean()
         for dof in dofs:
@@ -90,13 +91,17 @@ def _forces(course: Course, dofs: list[int]) -> Iterator[Force]:
 def of_other_speeds(course: Course, dofs: list[int]) -> Iterator[Force]:
     """Forces linear in other axes' speeds; the axis's own speed belongs to the nominal model."""
     for dof in dofs:
-        yield "yaw_rate" if dof == 5 else "speed", "odd", course.nu[:, dof]
+        yield _speed_in(dof), "odd", course.nu[:, dof]
+
+
+def _speed_in(dof: int) -> Variable:
+    return "yaw_rate" if dof == YAW else "speed"
 
 
 def of_the_past(course: Course, dof: int) -> Iterator[Force]:
     """Functions of an earlier speed, as of water set in motion."""
     speed = course.nu[:, dof]
-    name: Variable = "yaw_rate" if dof == 5 else "speed"
+    name = _speed_in(dof)
     for past_s in PAST_S:
         before = lagged(speed[:, None], course.step_s, past_s)[:, 0]
         yield name, "odd", before
