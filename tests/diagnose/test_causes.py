@@ -221,6 +221,19 @@ def test_a_thruster_may_give_nothing_but_not_all_that_a_bound_lets_it(gain: floa
     assert Cause(WEAK, np.array([gain])).at_bound is at_bound
 
 
+@pytest.mark.parametrize(
+    ("effect", "value", "by", "value_then"),
+    [
+        (WEAK, 1.0, 0.7, 1.7), (WEAK, 1.0, 1.5, 2.0), (WEAK, 0.5, -0.4, 0.1), (WEAK, 0.5, -0.6, 0.0),
+        (DEAD_ZONE, 2.0, 0.2, 2.2), (DEAD_ZONE, 2.0, 9.0, 2.5), (DEAD_ZONE, 2.0, -9.0, 1.5),
+        (DEAD_ZONE, 0.3, -0.4, 0.0),
+    ],
+)  # fmt: skip
+def test_a_parameter_moves_within_its_bounds_and_no_further_than_a_slope_holds(effect, value, by, value_then):
+    """The force of a thruster's gain is straight, that of a dead zone is not."""
+    assert Cause(effect, np.array([value])).moved(0, by).values == pytest.approx([value_then])
+
+
 def test_a_drag_that_is_not_there_in_some_degrees_of_freedom_is_at_no_bound() -> None:
     assert not Cause(QUADRATIC_DRAG, np.array([20.0, 0.0, 0.0, 0.0, 0.0, 1.0])).at_bound
 

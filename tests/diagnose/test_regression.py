@@ -18,7 +18,7 @@ from identify.diagnose.causes.evidence import (
     pieces_of,
     products_of,
 )
-from identify.diagnose.causes.weighing import weighing_of
+from identify.diagnose.causes.weighing import rows_of, weighing_of
 from identify.diagnose.filters.innovations import (
     TOGETHER,
     Autoregression,
@@ -26,12 +26,13 @@ from identify.diagnose.filters.innovations import (
     early_half,
     mean_before,
     means_before,
+    push_of,
     value_before,
 )
 from identify.diagnose.filters.judged_axes import thinned, without_quick
 from identify.diagnose.filters.nominal import _unsmoothed
 from identify.diagnose.filters.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
-from identify.diagnose.filters.regression import delayed_thrust, piece_s, regression_of
+from identify.diagnose.filters.regression import Regression, delayed_thrust, piece_s, regression_of
 from identify.dive import Dive, Signal
 from identify.effects.actuators import DEAD_ZONE
 from identify.effects.effect import Act
@@ -99,6 +100,14 @@ def test_the_thrust_of_all_thrusters_along_a_course_answers_as_the_thrust_that_t
     exact, held = (yaw.prewhitened(yaw.by_force(means, early)) for early in (force[:, :1], means))
     along = yaw.by_course(course, [course.wrench_of(course.thrust_n)[:, 5]])
     assert np.std(along - exact) < 0.25 * np.std(held - exact)
+
+
+def test_water_that_moves_pushes_a_filter_by_what_turning_makes_of_it_but_in_roll_and_pitch(nominal):
+    act = STEADY_CURRENT.act(nominal.course, np.array([0.1, 0.2]))
+    pushes = push_of(act, nominal.course).by_dof
+    assert set(pushes) == {0, 1, 2, YAW}
+    for dof, push in pushes.items():
+        np.testing.assert_array_equal(push, nominal.course.turned_by(act.water)[:, dof])
 
 
 @pytest.mark.parametrize("count", [1, TOGETHER, TOGETHER + 1])
@@ -197,6 +206,15 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
     assert alone.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
     # Evidence of a size beside one that is known to MASS_OFF.
     assert both.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + 0.02**2))
+
+
+def test_moments_of_drift_are_loose_behind_an_autopilots_filter_alone(nominal, monkeypatch):
+    loose = []
+    monkeypatch.setattr(Regression, "with_drift_moments", lambda rows, _: loose.append(rows) or rows)
+    rows_of(nominal)
+    assert not loose
+    rows_of(replace(nominal, filtered=(0, 1, 2)))
+    assert loose
 
 
 def test_a_hull_that_coasts_behind_an_autopilots_filter_is_slowed_by_the_drag_at_its_true_speed(nominal):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -97,6 +98,18 @@ def test_no_piece_that_is_held_out_spans_two_runs(nominal):
     run = np.searchsorted([start_s for start_s, _ in nominal.joint.runs_s], time_s, side="right")
     for piece in np.unique(rows.piece):
         assert len(np.unique(run[rows.piece == piece])) == 1
+
+
+def test_windows_that_are_held_out_lie_in_a_piece_of_their_fold_a_second_apart():
+    time_s = 0.5 * np.arange(601)
+    model = SimpleNamespace(time_s=time_s, step_s=0.5, runs=[slice(0, 601)], runs_s=())
+    piece = pieces_of(time_s, ((0.0, 300.0),))
+    found = [held_windows(model, fold) for fold in range(12)]
+    within = [at for at in range(0, 590, 2) if piece[at] == piece[at + 10]]
+    assert sorted(at for starts, _ in found for at in starts.tolist()) == within
+    for fold, (starts, pieces) in enumerate(found):
+        np.testing.assert_array_equal(pieces, piece[starts])
+        assert {*(pieces % 12).tolist()} == {fold}
 
 
 def test_runs_are_held_out_in_equal_pieces_as_long_as_those_of_a_short_dive():

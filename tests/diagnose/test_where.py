@@ -78,6 +78,41 @@ def test_slices_by_speed_put_a_drag_where_it_is_fast_and_each_cut_is_whole(nomin
         )
 
 
+def test_a_power_is_cut_into_thirds_of_the_dive_by_each_variable_and_into_octants_of_the_compass():
+    nu, euler, power = np.zeros((9, 6)), np.zeros((9, 3)), np.zeros((9, 6))
+    nu[:, 1], euler[:, 2], power[:, 0] = range(9), [-3.0] * 4 + [0.5] * 4 + [3.5], range(1, 10)
+    power[:, 1:3] = 0.0045, 0.0055
+    # Nothing is cut by a voltage that was not recorded, or a depth that stays.
+    course = SimpleNamespace(
+        nu=nu, euler=euler, since_s=10.0 * nu[:, 1], depth_m=np.ones(9), voltage_v=np.full(9, np.nan),
+        position_m=np.zeros((9, 2)),
+    )  # fmt: skip
+    slices = slices_of(power, course, 1)
+    assert {part.dof for part in slices} == {"surge", "heave"}
+    for by, each in (("speed", 1.0), ("time", 10.0)):
+        (low, middle, high) = (part for part in slices if (part.by, part.dof) == (by, "surge"))
+        assert (low.low, low.high, middle.high, high.high) == pytest.approx(
+            (0.0, each * 8 / 3, each * 16 / 3, each * 8)
+        )
+        assert (low.share, middle.share, high.share) == pytest.approx((6 / 45, 15 / 45, 24 / 45))
+    by_heading = [part for part in slices if (part.by, part.dof) == ("heading", "surge")]
+    assert [part.share for part in by_heading] == pytest.approx([19 / 45, 0, 0, 0, 26 / 45, 0, 0, 0])
+    assert (by_heading[0].low, by_heading[4].low) == pytest.approx((-np.pi, 0.0))
+    assert {part.by for part in slices} == {"speed", "time", "heading"}
+
+
+def test_shares_below_a_tenth_of_a_per_cent_are_dropped_and_the_others_are_of_the_rest():
+    power = np.zeros((4, 6))
+    power[:, 0], power[3, 5], power[0, 1], power[0, 2] = [1.0, 1.0, 2.0, 0.0], 5.985, 0.009, 0.015
+    shares = shares_of(power, np.array([0, 0, 1, 1]))
+    assert [(share.dof, share.phase, share.share) for share in shares] == [
+        ("yaw", PHASES[1], pytest.approx(0.5985)),
+        ("surge", PHASES[0], pytest.approx(0.2)),
+        ("surge", PHASES[1], pytest.approx(0.2)),
+        ("heave", PHASES[0], pytest.approx(0.0015)),
+    ]
+
+
 @pytest.mark.parametrize(
     ("by_speed", "off", "felt", "where"),
     [(0.0, 0.05, 0.0, {1}), (0.0, 0.0, 0.05, {0}), (0.03, 0.0, 0.0, set())],
