@@ -262,6 +262,21 @@ def test_what_broke_it_is_told_until_a_minute_has_been_flown_since(shadow):
     assert shadow.fault == ""
 
 
+def test_what_broke_it_is_told_once_a_tick_or_a_block_was_flown_and_of_several_the_last(shadow):
+    shadow.begin_anew("a bad reading")
+    assert shadow.fault == NONE_FLOWN
+    fly(shadow, TICK_S)
+    shadow.begin_anew("a bad reading")
+    assert shadow.fault == "shadow: 0 of 60 s flown since a bad reading"
+    shadow.begin_anew("thrust at a limit")
+    assert shadow.fault == "shadow: 0 of 60 s flown since thrust at a limit"
+    shadow.begin_anew()
+    fly(shadow, 3.0)
+    shadow.pause()
+    shadow.begin_anew("a bad reading")
+    assert shadow.fault == "shadow: 0 of 60 s flown since a bad reading"
+
+
 def test_a_reading_that_is_no_number_begins_it_anew(shadow):
     fly(shadow, 62.0)
     shadow.step(TICK_S, TRUE, {}, six(1.0), six(1.0), six(math.nan))
