@@ -13,10 +13,17 @@ from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import draw_case
 from identify.challenge.nearest_parameters import course_of
 from identify.diagnose.accepted import known_with_causes, likely_accepted
+from identify.diagnose.causes import candidates, search, selection
 from identify.diagnose.causes import confidence as module
-from identify.diagnose.causes import search, selection
 from identify.diagnose.causes.ambiguity import ambiguity_of
-from identify.diagnose.causes.candidates import Cause, other_forms, other_variants, settings_of
+from identify.diagnose.causes.candidates import (
+    Cause,
+    companions,
+    other_forms,
+    other_variants,
+    possible_forms,
+    settings_of,
+)
 from identify.diagnose.causes.confidence import chi_squared, covariance_of, without_doubtful
 from identify.diagnose.causes.requirement import remainder_nats
 from identify.diagnose.causes.search import explained_by
@@ -219,6 +226,27 @@ WEAK = next(effect for effect in library(HOVERING, 0.05) if effect.name == "weak
 @pytest.mark.parametrize(("gain", "at_bound"), [(0.0, False), (0.4, False), (2.0, True)])
 def test_a_thruster_may_give_nothing_but_not_all_that_a_bound_lets_it(gain: float, at_bound: bool) -> None:
     assert Cause(WEAK, np.array([gain])).at_bound is at_bound
+
+
+def test_a_weight_is_told_from_none_that_grows_over_the_dive_and_kin_come_and_go_by_powers_of_time(course):
+    weight = Cause(NET_BUOYANCY, np.array([5.0]))
+    pushed, share = weight.act(course).wrench, (course.since_s / course.since_s[-1])[:, None]
+
+    def is_among(push, acts):
+        return any(np.allclose(act.wrench, push) for act in acts)
+
+    assert is_among((share - 0.5) * pushed, [*possible_forms(course, weight)])
+    kin = companions(course, weight)
+    for power in (2, 3):
+        assert is_among((2.0 * share - 1.0) ** power * pushed, kin)
+
+
+def test_a_push_is_bent_about_its_own_size():
+    push = np.array([[3.0, 0.0], [-4.0, 0.0], [5.0, 0.0], [0.0, 0.0]])
+    size = math.sqrt(50.0 / 4.0)
+    bent = candidates._bent(push, 2.0)
+    np.testing.assert_allclose(bent[:, 0], np.array([9.0, -16.0, 25.0, 0.0]) / size)
+    assert not bent[:, 1].any()
 
 
 @pytest.mark.parametrize(

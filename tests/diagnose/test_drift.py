@@ -1,6 +1,7 @@
 """A model flown beside a recording: exact where its equations are linear."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -37,6 +38,14 @@ def test_a_steady_push_is_steady_where_two_sensors_are_read_at_one_instant():
     step_s = np.diff(end_s, prepend=0.0)
     force = np.where(step_s > 0, 3.0, 0.0)
     np.testing.assert_array_equal(between(np.arange(1.0, 19.0, 0.1), end_s, step_s, force), np.full(180, 3.0))
+
+
+@pytest.mark.parametrize(
+    ("step_s", "count", "starts"), [(0.25, 20, [0, 4, 8, 12]), (2.0, 5, [0, 1, 2, 3, 4]), (0.25, 3, [])]
+)
+def test_a_flight_starts_each_second_that_another_follows(step_s, count, starts):
+    model = SimpleNamespace(time_s=step_s * np.arange(count), step_s=step_s)
+    assert drift._starts(model).tolist() == starts
 
 
 def test_a_model_that_runs_away_has_a_drift_that_numbers_hold_and_is_told_so():

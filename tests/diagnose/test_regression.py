@@ -23,6 +23,7 @@ from identify.diagnose.filters.innovations import (
     TOGETHER,
     Autoregression,
     autoregression_of,
+    autoregressions_of,
     early_half,
     mean_before,
     means_before,
@@ -430,6 +431,14 @@ def test_a_channel_leaves_the_rows_of_another_alone():
     memory.prewhitened(left)
     np.testing.assert_array_equal(left[1::2, 0], values[1::2])
     assert np.abs(left[::2, 0] - values[::2]).max() > 0.5
+
+
+def test_runs_shorter_than_the_memory_count_by_the_lags_that_they_hold():
+    _, values = remembering(0.6, 3_000, np.random.default_rng(100_005))
+    runs = [np.arange(2_000), np.arange(2_000, 2_004), np.arange(2_004, 2_005), np.arange(2_005, 3_000)]
+    memories = autoregressions_of(runs, values)
+    assert [memory.rows.tolist() for memory in memories] == [run.tolist() for run in runs]
+    assert memories[2].by_lag[0] == pytest.approx(0.6, abs=0.05)
 
 
 def test_white_innovations_keep_all_but_chance_and_a_few_rows_all():

@@ -169,6 +169,34 @@ def test_a_cause_is_taken_from_seven_nats_and_one_standard_error_of_them_on(
     assert fit.causes == ((PUSH,) if taken else ())
 
 
+def test_of_an_effect_four_sizes_are_weighed_the_best_of_them_first():
+    settings = [ranking.Setting(effect, (k,), np.eye(1)) for k, effect in enumerate([DEAD_ZONE] * 6)]
+    settings.insert(2, ranking.Setting(STEADY_CURRENT, (9,), np.eye(1)))
+    kept = [setting.columns[0] for setting in ranking._few_of_each(settings)]
+    assert kept == [0, 1, 9, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("sizes", "kept"),
+    [
+        ((3.0, 1.6, 9.0), [(0, 1, 2)]),
+        ((3.0, 1.4, 9.0), [(0, 1, 2), (0, 2)]),
+        ((1.4, 1.3, -1.2), [(0, 1, 2), (0,)]),
+    ],
+)
+def test_numbers_of_a_cause_within_one_and_a_half_of_their_errors_are_left_out_but_for_one(sizes, kept):
+    asked = []
+
+    def evidence(columns):
+        asked.append(tuple(columns))
+        size = 0.5 * np.array([sizes[column] for column in columns])
+        return SimpleNamespace(size=size, covariance=0.25 * np.eye(len(columns)))
+
+    candidates = SimpleNamespace(equations=SimpleNamespace(evidence=evidence))
+    _, columns = ranking.weighed_setting(candidates, ranking.Setting(QUADRATIC_DRAG, (0, 1, 2), np.eye(3)))
+    assert (asked, columns) == (kept, kept[-1])
+
+
 @pytest.mark.parametrize(("nats", "kept"), [(7.0, True), (6.9, False)])
 def test_a_cause_alone_that_saves_less_than_seven_nats_is_dropped_again(nats, kept):
     assert pruned(saving(nats), fitted([PUSH], nats)).causes == ((PUSH,) if kept else ())

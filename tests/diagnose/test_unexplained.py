@@ -374,6 +374,63 @@ def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
     assert mixture_gain(noise, 1, piece) > 20.0
 
 
+@pytest.mark.parametrize(
+    ("lasting_s", "later_s", "left", "forgets"),
+    [
+        (1000.0, 8.0, 0.31, False), (1000.0, 8.0, 0.29, True),
+        # In a short dive chance leaves as much: of 92 s, four of its standard errors are 0.59.
+        (100.0, 8.0, 0.61, False), (100.0, 8.0, 0.57, True),
+        (40.0, 60.0, 1.0, True),
+    ],
+)  # fmt: skip
+def test_a_sea_is_forgotten_after_four_of_its_correlation_times_but_for_a_third_and_chance(
+    monkeypatch, lasting_s, later_s, left, forgets
+):
+    asked = []
+    monkeypatch.setattr(slow, "_correlation", lambda _, steps: asked.append(steps) or left)
+    now = SimpleNamespace(course=SimpleNamespace(since_s=[0.0, lasting_s], step_s=0.5))
+    assert slow._forgets(np.zeros(2), later_s / 4.0, now) is forgets
+    assert asked in ([], [2.0 * later_s])
+
+
+def test_a_series_is_as_like_itself_some_steps_later_as_its_products_say():
+    turning = np.tile([3.0, 1.0], 50)
+    assert [slow._correlation(turning, steps) for steps in (0.2, 1.0, 2.4)] == pytest.approx(
+        [-1.0, -1.0, 1.0]
+    )
+    assert slow._correlation(np.array([2.0, 0.0, 0.0, 2.0]), 9.0) == pytest.approx(-1.0)
+    assert slow._correlation(np.full(9, 4.0), 1.0) == 0.0
+
+
+@pytest.mark.parametrize(
+    ("memories_s", "known", "found"),
+    [
+        # Roll tells nothing of the sea; half as slow again as the median of the others is as slow as a sea may be.
+        ((2.0, 2.0, 3.1, 9.0), {}, {2: 2.0, 3: 2.0}),
+        ((2.0, 2.0, 2.9, 1.0), {}, {}),
+        ((2.0, 1.0, 2.2, 3.1), {}, {3: 2.0}),
+        # Of a single other axis it counts as one of 4 s.
+        ((2.0, 5.9, 9.0, 9.0), {"feedback_unrecorded": (2,)}, {3: 3.95}),
+        ((2.0, 6.1, 9.0, 9.0), {"force_undetermined": (2, 3)}, {1: 4.0}),
+        ((2.0, 6.1, 9.0, 9.0), {"filtered": (0, 1, 2)}, {3: 4.0}),
+    ],
+)
+def test_a_disturbance_is_slow_that_lasts_half_as_long_again_as_the_sea_of_the_other_axes(
+    monkeypatch, memories_s, known, found
+):
+    theta = np.zeros((4, 5))
+    theta[:, TIME_CONSTANT] = np.log(memories_s)
+    problems = [SimpleNamespace(axis=SimpleNamespace(dof=dof)) for dof in range(4)]
+    slices = [slice(5 * k, 5 * k + 5) for k in range(4)]
+    joint = SimpleNamespace(problems=problems, slices=slices, at=lambda _: problems)
+    nothing = {"filtered": (), "feedback_unrecorded": (), "force_undetermined": ()}
+    monkeypatch.setattr(slow, "_disturbance", lambda *_: None)
+    monkeypatch.setattr(slow, "_forgets", lambda *_: False)
+    now = SimpleNamespace(joint=joint, theta=theta.ravel(), **(nothing | known))
+    seas = {dof: sea.memory_s for dof, sea in slow.slow_axes(now).items()}
+    assert seas == pytest.approx(found)
+
+
 def test_a_wild_reading_is_no_blow(weighing):
     axis, rows = (
         weighing.rows.axes[0],

@@ -14,6 +14,7 @@ from identify.diagnose import diagnose as module
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.weighing import weighing_of
 from identify.diagnose.filters.nominal import nominal_of
+from identify.diagnose.gap import missing as missing_module
 from identify.diagnose.gap.drift import Drift
 from identify.diagnose.gap.missing import (
     PHASES,
@@ -220,6 +221,12 @@ def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
     np.testing.assert_array_equal(power[:, 1:], 0.0)
 
 
+def test_of_squares_the_excess_over_one_of_their_mean_is_kept():
+    square = np.zeros((2, 6))
+    square[:, 0], square[:, 1] = (1.0, 7.0), (0.5, 1.5)
+    np.testing.assert_allclose(missing_module._excess(square)[:, :2], [[0.75, 0.0], [5.25, 0.0]])
+
+
 def test_a_drift_is_looked_at_in_some_degrees_of_freedom_alone_also_where_it_is_below_its_floor():
     off = np.tile([[3.0, 0.5, 0.5, 0.5, 0.5, 0.9]], (50, 1))
     power = power_of_drift(Drift(5.0, np.arange(50.0), off, np.ones(6)), np.arange(0.0, 50.0, 0.5), [1, 5])
@@ -264,6 +271,15 @@ def test_what_a_hulls_own_quadratic_drag_takes_up_depends_on_no_speed():
     wrench[:, 0] = 30.0 * np.abs(nu) * nu + 0.1 * np.cos(course.euler[::EACH, 2])
     missing = Missing(course.time_s[::EACH], wrench, 0.0 * wrench, wrench**2)
     assert [dependence.variable for dependence in depends_on(missing, now, EACH)] == ["heading"]
+
+
+def test_a_missing_force_of_an_axis_with_a_twentieth_of_the_power_depends_on_nothing(nominal):
+    course = nominal.course
+    wrench = np.tile(np.cos(course.euler[::EACH, 2:]), 6)
+    power = np.zeros_like(wrench)
+    power[0, :3] = 89.0, 5.0, 6.0
+    missing = Missing(course.time_s[::EACH], wrench, 0.0 * wrench, power)
+    assert {dependence.dof for dependence in depends_on(missing, nominal, EACH)} == {"surge", "heave"}
 
 
 def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
