@@ -1,6 +1,7 @@
 """What a crew accepts, what has changed since, and doubts that go with it."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from bridge.vehicle.coefficients import BY_NAME, DAMPINGS, MASSES, AcceptedEffec
 from bridge.vehicle.config import Prior
 from identify.challenge.case import dive_of, draw_case
 from identify.diagnose import accepted as diagnose_accepted
+from identify.diagnose import accepted_before
 from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.accepted_before import (
     accepted_causes,
@@ -261,6 +263,20 @@ def test_accepted_water_is_in_force_where_the_dive_bears_it_out_and_else_told(no
         (sentence,) = causes.sentences(held)
         assert ("holds what was accepted" in sentence) is borne_out
         assert ("of that dive alone" in sentence) is not borne_out
+
+
+@pytest.mark.parametrize(("rise", "is_held"), [(7.1, True), (7.0, False)])
+def test_accepted_water_is_held_with_which_the_filters_are_likelier_by_more_than_seven_nats(
+    monkeypatch, rise, is_held
+):
+    def likelier(_, causes):
+        return SimpleNamespace(log_posterior=rise * len(causes), accepted=causes)
+
+    monkeypatch.setattr(accepted_before, "with_accepted", likelier)
+    drag = kept(QUADRATIC_DRAG, 20.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    causes = accepted_causes([drag, kept(STEADY_CURRENT, 0.1, 0.0), kept(STEADY_CURRENT, 0.0, 0.0)], LIBRARY)
+    held = [cause.effect for cause in causes.in_force(None).accepted]
+    assert held == [QUADRATIC_DRAG, STEADY_CURRENT][: 1 + is_held]
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.filters.nominal import nominal_of
 from identify.diagnose.gap.drift import Drift
 from identify.diagnose.result import NOTHING, Diagnosis, Finding, Gap, Share, Value
+from identify.diagnose.simulators import comparison
 from identify.diagnose.simulators.comparison import Against, against, compared, differ, plain
 from identify.diagnose.simulators.simulator import Simulator, simulator_of
 from identify.diagnose.words.against import (
@@ -271,6 +272,13 @@ def test_numbers_differ_beyond_three_standard_errors_and_one_per_cent(
     first: Value, other: Value, apart: bool
 ):
     assert differ(first, other) is apart
+
+
+def test_a_number_counts_by_the_half_of_the_vehicle_s_interval_towards_the_simulator_s():
+    mine = Value(100.0, "kg", 90.2, 104.9)
+    for its, errors in ((109.8, 3.92), (90.2, 1.96)):
+        nats = comparison._difference("", "M_u", value(its), mine, 1.0).nats
+        assert nats == pytest.approx(0.5 * errors**2, rel=1e-4)
 
 
 def test_degrees_of_freedom_that_a_recording_does_not_tell_are_named():

@@ -33,7 +33,14 @@ from identify.diagnose.filters.innovations import (
 from identify.diagnose.filters.judged_axes import thinned, without_quick
 from identify.diagnose.filters.nominal import _unsmoothed
 from identify.diagnose.filters.predicted import Predicted, euler_ahead, position, predicted, reading_ahead
-from identify.diagnose.filters.regression import Regression, delayed_thrust, piece_s, regression_of
+from identify.diagnose.filters.regression import (
+    Regression,
+    delayed_thrust,
+    mean_indices,
+    piece_s,
+    regression_of,
+    steady_trims,
+)
 from identify.dive import Dive, Signal
 from identify.effects.actuators import DEAD_ZONE
 from identify.effects.effect import Act
@@ -207,6 +214,26 @@ def test_a_moment_of_drift_counts_by_what_it_is_beyond_the_masses_that_an_autopi
     assert alone.fitted([[0]])[0] == pytest.approx(0.5 * size**2 * information)
     # Evidence of a size beside one that is known to MASS_OFF.
     assert both.fitted([[0]])[0] == pytest.approx(0.5 * size**2 / (1.0 / information + 0.02**2))
+
+
+def test_a_steady_push_is_a_cause_but_in_roll_and_pitch_where_a_tilted_sensor_makes_one(nominal):
+    starts = {
+        p.axis.dof: of.start for p, of in zip(nominal.joint.problems, nominal.joint.slices, strict=True)
+    }
+    assert steady_trims(nominal.joint) == [start + 4 for dof, start in starts.items() if dof not in (3, 4)]
+    means = set(mean_indices(nominal.joint))
+    for dof, start in starts.items():
+        assert means & {start, start + 1, start + 4} == {start, start + 1} | {start + 4} & {
+            starts[k] + 4 for k in (3, 4) if k in starts and k == dof
+        }
+
+
+def test_thrust_that_followed_what_was_not_recorded_is_free_at_each_delay_in_its_axis_alone(nominal, rows):
+    free = regression_of(nominal.joint, nominal.theta, (1,))
+    more = free.nuisance.dense()[:, rows.nuisance.width :]
+    assert more.shape[1] > 0
+    assert more[rows.dof == 1].any(axis=0).all()
+    assert not more[rows.dof != 1].any()
 
 
 def test_moments_of_drift_are_loose_behind_an_autopilots_filter_alone(nominal, monkeypatch):

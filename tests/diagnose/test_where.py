@@ -38,7 +38,7 @@ from identify.diagnose.notes import outliers_note
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
 from identify.diagnose.unjudged import unjudged_notes
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
-from identify.estimators.likelihood.axis import DAMPING, TIME_CONSTANT
+from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, TIME_CONSTANT
 
 
 def lacking(nominal, cause):
@@ -219,6 +219,17 @@ def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
     power = power_of_drift(Drift(5.0, np.arange(50.0), off, floor), np.arange(0.0, 50.0, 0.5), range(6))
     assert power[:, 0].min() > 0
     np.testing.assert_array_equal(power[:, 1:], 0.0)
+
+
+def test_the_fit_as_a_vehicle_has_its_disturbances_and_the_geometric_mean_of_their_times(nominal):
+    hull, logs = hull_of(nominal), []
+    for problem, of_axis in zip(nominal.joint.problems, nominal.joint.slices, strict=True):
+        theta = nominal.theta[of_axis]
+        assert hull.disturbance[problem.axis.dof] == pytest.approx(np.exp(theta[DISTURBANCE]))
+        logs += [theta[TIME_CONSTANT]] * (problem.axis.dof in (0, 1, 5))
+    assert len(logs) == 3
+    assert hull.disturbance_time_s == pytest.approx(np.exp(np.mean(logs)))
+    assert (hull.mass, hull.damping) == (tuple(nominal.course.mass), tuple(nominal.course.damping))
 
 
 def test_of_squares_the_excess_over_one_of_their_mean_is_kept():
