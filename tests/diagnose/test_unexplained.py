@@ -1,5 +1,6 @@
 """What is left beside the causes: slow forces, bursts, periods."""
 
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -11,7 +12,7 @@ from soak import rows_rest_in_soak
 from bridge.arrays import Array
 from identify.challenge.case import Case, dive_of, draw_case
 from identify.challenge.scenario import Planted, Scenario
-from identify.diagnose.causes import seas
+from identify.diagnose.causes import candidates, seas
 from identify.diagnose.causes.candidates import Cause, companions, other_forms, possible_forms
 from identify.diagnose.causes.evidence import Candidates
 from identify.diagnose.causes.seas import period_interval, seas_of
@@ -283,6 +284,17 @@ def test_a_line_s_rate_is_read_between_those_of_a_spectrum(at, off):
 def test_a_line_s_rate_is_that_of_the_spectrum_where_this_ends_or_is_flat():
     rate, spectrum = np.arange(1.0, 5.0), np.array([4.0, 3.0, 3.0, 3.0])
     assert [seas._peak(rate, spectrum, at) for at in (0, 2, 3)] == [1.0, 3.0, 4.0]
+
+
+def test_a_sea_of_one_period_goes_with_the_rates_within_a_fifth_of_its_own_that_a_dive_resolves(nominal):
+    course, sea = nominal.course, Cause(waves(6.0), np.full(6, 2.0))
+    lasting_s = float(course.since_s[-1])
+    rates = range(1, math.ceil(0.2 * lasting_s / 6.0) + 1)
+    expected = [wave(2 * np.pi * k / lasting_s * course.since_s) for k in rates for wave in (np.sin, np.cos)]
+    band = [change.args[0][:, 0] for _, change in candidates._band(course, sea)]
+    assert len(rates) == 4
+    np.testing.assert_allclose(band[: len(expected)], expected, atol=1e-9)
+    assert len(band) % len(expected) == 0
 
 
 def test_a_tether_pulls_down_as_well(nominal):

@@ -9,7 +9,6 @@ from test_judged import FILE, MASS, SECONDS, YAW, commanded, moved
 
 from identify.diagnose.accepted_before import library_with_changes
 from identify.diagnose.causes.candidates import Cause
-from identify.diagnose.filters.slow_samples import MOST_LATE
 from identify.diagnose.holding import (
     beyond_step,
     judged_loop,
@@ -81,11 +80,12 @@ def test_a_quicker_thruster_is_told_by_samples_where_thrust_is_early_as_a_whole(
         assert replace(quicker, effect=able).within_bounds is is_told
 
 
-def test_thrust_that_is_later_than_slow_samples_make_it_is_not_of_commands_that_hold():
+def test_thrust_later_than_a_faster_loop_makes_it_and_no_later_than_slow_samples_do_is_of_commands_that_hold():
+    """By 0.3 to 0.75 of the step between two commands."""
     dive = logged(0.1, 0.1)
     now = fitted_nominal(dive, FILE, "only")
-    assert with_known_holding(dive, replace(now, late_samples_s=0.99 * MOST_LATE * 0.1)).commands_hold
-    assert with_known_holding(dive, replace(now, late_samples_s=1.01 * MOST_LATE * 0.1)) is dive
+    for late_s, hold in ((0.029, None), (0.031, True), (0.0749, True), (0.0751, None)):
+        assert with_known_holding(dive, replace(now, late_samples_s=late_s)).commands_hold is hold
 
 
 @pytest.mark.parametrize(("hold", "taken_up"), [(None, True), (False, False)])
