@@ -25,7 +25,7 @@ from identify.diagnose.remainder import lines, slow, unexplained
 from identify.diagnose.remainder.bursts import _AxisScores, _Stretches, _StretchScores, bursts, mixture_gain
 from identify.diagnose.remainder.generic_forces import of_other_speeds, of_the_past, unit_forces
 from identify.diagnose.remainder.slow import slow_axes, slow_forces
-from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
+from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, beyond_chance, unexplained_of
 from identify.diagnose.result import Next
 from identify.diagnose.verdict import next_for_unexplained, stand_in, unexplained_forces
 from identify.dive import Signal
@@ -141,6 +141,25 @@ def test_a_large_force_that_masses_and_dampings_take_up_but_for_little_is_little
         of=lambda _axis: ([("thrust", "odd", thrust, None)], columns), least_force=lambda _dof: 0.02
     )
     assert len(unexplained._of_axis(axis, selectable)) == count
+
+
+def test_forces_after_the_first_small_one_are_left_out_but_for_those_with_a_timing_of_their_own():
+    def weighed(size, timing=None):
+        return unexplained._Weighed(GenericForce(0, "thrust", "odd", np.zeros(1), timing), 20.0, size)
+
+    forces = [weighed(4.0), weighed(0.1, "steady"), weighed(3.9), weighed(9.0)]
+    large = unexplained._large(forces, np.array([0.5, 0.5, 0.5, 1.0]), 2.0)
+    assert [each.size for each in large] == [4.0, 0.1]
+
+
+@pytest.mark.parametrize(
+    ("dof", "gain", "is_beyond"),
+    [(0, 11.6, False), (0, 11.8, True), (5, 11.8, True), (4, 99.0, False), (3, 101.0, True)],
+)
+def test_a_force_is_beyond_chance_from_twelve_nats_on_and_in_roll_and_pitch_from_a_hundred(
+    dof, gain, is_beyond
+):
+    assert beyond_chance(GenericForce(dof, "time", None, np.zeros(1)), gain) is is_beyond
 
 
 @pytest.mark.parametrize("is_there", [True, False])

@@ -293,6 +293,30 @@ def test_a_missing_force_of_an_axis_with_a_twentieth_of_the_power_depends_on_not
     assert {dependence.dof for dependence in depends_on(missing, nominal, EACH)} == {"surge", "heave"}
 
 
+ANGLE = 2.0 * np.pi * np.arange(400) / 400
+UNITS = [np.cos(k * ANGLE) / np.sqrt(200.0) for k in (1, 2, 3, 4)]
+
+
+@pytest.mark.parametrize(
+    ("shares", "told"),
+    [
+        # Three at most, and none of less than a twentieth of the force's power.
+        ((0.2, 0.45, 0.25, 0.1), {"depth": 0.45, "time": 0.25, "heading": 0.2}),
+        ((0.04, 0.045, 0.855, 0.06), {"time": 0.855, "voltage": 0.06}),
+        # What is named first is told where it does nearly as well as the best.
+        ((0.4926, 0.5, 0.0074, 0.0), {"heading": 0.4926, "depth": 0.5}),
+        ((0.475, 0.5, 0.025, 0.0), {"depth": 0.5, "heading": 0.475}),
+    ],
+)
+def test_a_missing_force_depends_on_the_variables_that_take_most_of_its_power(shares, told):
+    variables = ("heading", "depth", "time", "voltage")
+    force = 7.0 + sum(30.0 * np.sqrt(share) * unit for share, unit in zip(shares, UNITS, strict=True))
+    forces = [(v, None, 2.0 + 9.0 * unit) for v, unit in zip(variables, UNITS, strict=True)]
+    found = missing_module._of_axis(0, force, np.ones((400, 1)), forces)
+    assert [each.variable for each in found] == [*told]
+    assert [each.strength for each in found] == pytest.approx([*told.values()])
+
+
 def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
     force = np.zeros(10)
     left = Unexplained(
