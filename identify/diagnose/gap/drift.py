@@ -273,7 +273,7 @@ def _sines(course: Course) -> Array:
 
 
 def _least_squares(separate: Array, shared: Array, value: Array) -> tuple[Array, Array]:
-    """Fits of each row of `own` (d, n) together with the rows `shared` (k, n).
+    """Fits of each row of `separate` (d, n) together with the rows `shared` (k, n).
 
     Returns the sizes (d, 1 + k), 0 if undetermined, and the mean squares of the residuals (d,).
     """

@@ -361,8 +361,7 @@ def drowned(disturbance: Sequence[Disturbance]) -> bool:
 def depends_on(missing: Missing, now: Nominal, every: int) -> tuple[Dependence, ...]:
     """Variables that each degree of freedom's missing force depends on, strongest first.
 
-    Strength is the share of its power explained beyond masses, the hull's drag and a constant, times its share of all
-    missing power.
+    Strength is the share of its power beyond masses, the hull's drag and a constant that goes with the variable.
     """
     course, quadratic = now.course, quadratic_of(now.joint, now.theta)
     power = missing.power.sum(axis=0)
