@@ -1,5 +1,6 @@
 """How far a feed-forward leaves a vehicle off its reference: the error's equation of motion, solved."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -71,10 +72,13 @@ def test_a_feed_forward_leaves_the_missing_force_before_and_its_rest_after_besid
     )
 
 
-def test_no_feed_forward_makes_up_for_a_wrong_reading(nominal):
-    reading = Cause(DVL_SCALE, DVL_SCALE.start())
-    assert feedforward_gain(reading, (), None, nominal, None) is None
-    drag = Cause(QUADRATIC_DRAG, np.full(6, 5.0))
+def test_no_feed_forward_makes_up_for_a_wrong_reading_or_for_a_force_that_it_does_not_know(nominal):
     count = len(nominal.course.time_s[:: module.EACH])
     missing = Missing(nominal.course.time_s[:: module.EACH], *np.zeros((3, count, 6)))
-    assert feedforward_gain(drag, (), missing, nominal, np.full((count, 6), 6.0)) is not None
+    for effect, is_known in (
+        (DVL_SCALE, False), (replace(DVL_SCALE, feedforward=QUADRATIC_DRAG.feedforward), False),
+        (QUADRATIC_DRAG, True), (replace(QUADRATIC_DRAG, feedforward=""), False),
+    ):  # fmt: skip
+        cause = Cause(effect, np.full(len(effect.parameters), 1.5))
+        gain = feedforward_gain(cause, (), missing, nominal, np.full((count, 6), 6.0))
+        assert (gain is not None) is is_known
