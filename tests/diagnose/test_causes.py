@@ -586,6 +586,13 @@ def test_a_part_that_may_be_nothing_or_enormous_is_not_told_beside_others(effect
     assert set(parameters_of(fitted(effect, values, std), 0)) == names
 
 
+def test_a_number_that_is_told_in_other_terms_has_an_interval_of_both_sides_and_one_with_bounds_ends_there():
+    sea = parameters_of(fitted(waves(5.0), [3.0, 0, 0, 0, 0, 0], [0.1] * 6), 0)["force_amplitude"]
+    assert -math.inf < sea.low95 < sea.value < sea.high95 < math.inf
+    weaker = parameters_of(fitted(weak(1), [0.1], [0.1]), 0)["gain"]
+    assert (weaker.low95, weaker.high95) == pytest.approx((0.0, 0.296), abs=1e-3)
+
+
 @pytest.mark.parametrize(("east_m_s", "begins"), [(0.3, True), (0.01, False)])
 def test_the_search_begins_with_the_current_along_which_a_vehicle_drifts_on_every_heading(
     course, east_m_s, begins
