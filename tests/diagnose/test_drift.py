@@ -98,8 +98,8 @@ def test_the_disturbance_that_is_drawn_has_the_fitted_strength_and_memory(nomina
 
 def test_the_noise_of_a_drawn_step_has_the_covariance_that_the_filters_take_it_to_have():
     """A unit of each of its four random numbers in turn: the columns of a root of that covariance."""
-    white = np.array([0.5])
-    table = transitions(np.array([0.05]), 100.0, np.array([50.0]), 20.0, 3.0, 1.6, 0.3, white, 0.0, 1.0, 0.0)
+    sea, white = np.array([3.0]), np.array([0.5])
+    table = transitions(np.array([0.05]), 100.0, np.array([50.0]), 20.0, sea, 1.6, 0.3, white, 0.0, 1.0, 0.0)
     columns = []
     for k in range(4):
         normal = np.zeros((2, 5))

@@ -42,7 +42,8 @@ INITIAL = np.array([0.01, 0.02, 0.01, 0.01])
 
 def braked(model, dampings, share=1.0):
     white = np.full(len(STEPS_S), model["white_force"])
-    changed = {"damping": np.array(dampings), "sigma": share * model["sigma"], "white_force": white}
+    sigma = np.full(len(STEPS_S), share * model["sigma"])
+    changed = {"damping": np.array(dampings), "sigma": sigma, "white_force": white}
     return transitions(STEPS_S, *(model | changed).values())
 
 

@@ -52,7 +52,17 @@ def identified(dive):
 def test_what_the_filter_knows_ends_with_a_run():
     rng = np.random.default_rng(1)
     table = transitions(
-        np.array([0.02, 0.05]), 40.0, np.array([20.0]), 0.0, 2.0, 3.0, 0.3, np.zeros(2), 0.0, 1.0, 0.0
+        np.array([0.02, 0.05]),
+        40.0,
+        np.array([20.0]),
+        0.0,
+        np.full(2, 2.0),
+        3.0,
+        0.3,
+        np.zeros(2),
+        0.0,
+        1.0,
+        0.0,
     )
     step, count = rng.integers(0, 2, 200), 120
     step[0], step[count] = -1, -2

@@ -22,6 +22,7 @@ from identify.effects.course import Course
 from identify.effects.effect import Act
 from identify.estimators.likelihood.axis import DAMPING, FORCES, MASS, AxisLikelihood
 from identify.estimators.likelihood.joint import JointLikelihood
+from identify.estimators.likelihood.misread_drift import DRIFT_MOMENTS
 from identify.threads import side_by_side
 
 PIECE_S, LEAST_PIECE_S = 20.0, 6.0
@@ -50,10 +51,6 @@ def pieces_of(time_s: Array, runs_s: Sequence[tuple[float, float]]) -> NDArray[n
 
 LEVELLED = (3, 4)
 """Roll and pitch."""
-
-DRIFT_MOMENTS = {3: (1, 2), 4: (2, 0), 5: (0, 1)}
-"""By degree of freedom, the two velocities whose product turns the hull by the difference of their masses (Munk
-1924)."""
 
 MASS_OFF = 0.02
 """Relative error of a mass that was fitted to the velocity of an autopilot's filter.

@@ -1,6 +1,6 @@
 """An axis as its filter sees it: the events of one degree of freedom, and the forces in the steps between them."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -48,6 +48,8 @@ class Axis(Events):
     stiffness: restoring moment per angle, for roll and pitch.
     speed (n,): the axis's own speed over each step; before_filter (n,): the same before an autopilot's smoothing, whose
     square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
+    misread (k,), like different_s, or (1,): standard deviation of the moment that drift's misread velocities make over
+    such a step, N m, as part of the disturbance.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
     timing: timing errors of the readings of an autopilot's own filter, of slow samples of the commands, and of stamps.
     trim_of_run: number of the trim force of each run, from 0; each has its own, unless all have one in common.
@@ -63,6 +65,7 @@ class Axis(Events):
     speed: Array
     before_filter: Array
     quadratic: float = 0.0
+    misread: Array = field(default_factory=lambda: np.zeros(1))
     white_force: float = 0.0
     timing: tuple[Timing, ...] = ()
     smoothing_s: float = 0.0

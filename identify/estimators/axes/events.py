@@ -121,18 +121,26 @@ def loud_and_quiet(events: Events, force: WrenchHistory) -> Events:
     """Events whose steps are told apart by how much force the log of the commands hides over each, in powers of
     LOUDNESS."""
     power = force.hidden_power_between(events.time_s - events.step_s, events.time_s)[:, 0]
-    level = np.round(np.log(np.maximum(power, QUIETEST)) / np.log(LOUDNESS))
+    step, of, level = told_apart(events, levels(power))
+    return replace(
+        events, different_s=events.different_s[of], white_times=np.sqrt(LOUDNESS**level), step=step
+    )
+
+
+def levels(power: Array) -> Array:
+    """Whole powers of LOUDNESS (n,) nearest to `power` (n,), which is by some mean; none below QUIETEST."""
+    return np.asarray(np.round(np.log(np.maximum(power, QUIETEST)) / np.log(LOUDNESS)))
+
+
+def told_apart(events: Events, level: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Steps (n,) that are told apart by a level (n,) of each, as entries of new different ones (k,): of each of these
+    the entry of `different_s` before, and its level."""
     stepped = events.step >= 0
     kinds = np.column_stack([events.step[stepped], level[stepped]])
     different, at = np.unique(kinds, axis=0, return_inverse=True)
     step = events.step.copy()
     step[stepped] = at.reshape(-1)
-    return replace(
-        events,
-        different_s=events.different_s[different[:, 0].astype(np.int64)],
-        white_times=np.sqrt(LOUDNESS ** different[:, 1]),
-        step=step,
-    )
+    return step, different[:, 0].astype(np.int64), different[:, 1]
 
 
 def _run_events(channels: Sequence[Channel], span_s: tuple[float, float], tick_s: float) -> _RunEvents | None:

@@ -14,7 +14,7 @@ def transitions(
     mass: float,
     dampings: Array,
     stiffness: float,
-    sigma_d: float,
+    sigmas_d: Array,
     time_constant_s: float,
     rise_s: float,
     white_forces: Array,
@@ -31,10 +31,11 @@ def transitions(
     - 11 to 16: elements 00 01 02 11 12 22 of the process noise;
     - 17 to 25, of the fourth state: transition 33, noise 33, transitions 03 13 23 32, noise 03 13 23.
 
-    rise_s: r of the disturbance, 0 for one of first order, whose fourth state is the readings' error: sigma_c its
-    standard deviation, in the reading's unit, coloured_s its time constant. white_forces (k,): N per root of 1/s (N m
-    in rotation). smoothing_s: time constant of the filter that nu comes out of, 0 for no filter; x is the vehicle's own
-    position or angle.
+    sigmas_d (k,): standard deviation of the disturbance as each step drives it, N (N m in rotation). rise_s: r of the
+    disturbance, 0 for one of first order, whose fourth state is the readings' error: sigma_c its standard deviation, in
+    the reading's unit, coloured_s its time constant. white_forces (k,): N per root of 1/s (N m in rotation).
+    smoothing_s: time constant of the filter that nu comes out of, 0 for no filter; x is the vehicle's own position or
+    angle.
     """
     brackets = dampings.shape[0]
     out = np.empty((different_s.shape[0] * brackets, COLUMNS))
@@ -48,16 +49,16 @@ def transitions(
         rate[2, 3] = 1.0
         rate[3, 2] = -1.0 / (rise_s * time_constant_s)
         rate[3, 3] = -1.0 / rise_s
-        noise_d, noise_fourth = 0.0, 2.0 * sigma_d * sigma_d / (rise_s * rise_s * time_constant_s)
+        of_square_d, of_square_s = 0.0, 2.0 / (rise_s * rise_s * time_constant_s)
     else:
         rate[2, 2] = -1.0 / time_constant_s
         rate[3, 3] = -1.0 / coloured_s
-        noise_d, noise_fourth = (
-            2.0 * sigma_d * sigma_d / time_constant_s,
-            2.0 * sigma_c * sigma_c / coloured_s,
-        )
+        of_square_d, of_square_s = 2.0 / time_constant_s, 0.0
+    noise_of_readings = 0.0 if rise_s > 0.0 else 2.0 * sigma_c * sigma_c / coloured_s
     for i in range(out.shape[0]):
         noise_nu = (white_forces[i // brackets] / mass) ** 2
+        noise_d = of_square_d * sigmas_d[i // brackets] ** 2
+        noise_fourth = of_square_s * sigmas_d[i // brackets] ** 2 + noise_of_readings
         h = different_s[i // brackets]
         rate[0, 0] = -dampings[i % brackets] / mass
         rate[1, 0] = 1.0 + smoothing_s * rate[0, 0]

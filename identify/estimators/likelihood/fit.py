@@ -17,6 +17,7 @@ from identify.estimators.filter.state import POSITION
 from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, FORCES, MASS, AxisFit, AxisLikelihood
 from identify.estimators.likelihood.intervals import integrated, knowledge_of, stretches
 from identify.estimators.likelihood.joint import ROUGHLY, JointLikelihood, coefficients
+from identify.estimators.likelihood.misread_drift import with_misread_drift
 from identify.estimators.likelihood.priors import MASS_RATIO, likelihood_of
 from identify.estimators.likelihood.scoring import MOST_STEPS, Maximum, climb, log_posterior
 from identify.threads import shared, side_by_side
@@ -81,7 +82,9 @@ def _begin(built: Axes, configuration: Configuration, feedback_unrecorded: tuple
 
     problems, thetas = zip(*side_by_side(begun, built.axes, lambda axis: len(axis.reading)), strict=True)
     joint = _joined(problems, feedback_unrecorded)
-    return Begun(joint, climb(joint, joint.started(thetas), ROUGHLY))
+    maximum = climb(joint, joint.started(thetas), ROUGHLY)
+    misread = with_misread_drift(joint, maximum.theta, built.motion)
+    return Begun(misread, maximum if misread is joint else climb(misread, maximum.theta, ROUGHLY))
 
 
 rough_fit = shared(_begin)

@@ -1,0 +1,57 @@
+"""The moments of drift that misread velocities make: a disturbance of roll, pitch and yaw that grows with the speed.
+
+A hull that drifts is turned by the difference of two masses times the product of two velocities (Munk 1924). The
+velocity of an autopilot's own filter is off by a centimetre a second for about a second, and at a metre a second that
+makes a moment many times that of the sea. Without it, the seconds in which a hull went fast and pitched outweighed all
+others, and whatever cause came near their error was found.
+"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from bridge.arrays import Array
+from identify.estimators.axes.axis import Axis
+from identify.estimators.axes.events import LOUDNESS, QUIETEST, levels, told_apart
+from identify.estimators.axes.motion import Motion
+from identify.estimators.likelihood.axis import DISTURBANCE
+from identify.estimators.likelihood.joint import JointLikelihood
+
+DRIFT_MOMENTS = {3: (1, 2), 4: (2, 0), 5: (0, 1)}
+"""By degree of freedom, the two velocities whose product turns the hull by the difference of their masses (Munk
+1924)."""
+
+
+def with_misread_drift(joint: JointLikelihood, theta: Array, motion: Motion) -> JointLikelihood:
+    """The likelihood with these moments, by the masses and the errors of the velocities at theta.
+
+    An error lasts about as long as the sea's disturbance, whose memory the moments share. The same likelihood without
+    velocities of an autopilot's filter.
+    """
+    error = np.zeros(6)
+    for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+        error[problem.axis.dof] = problem.coloured(theta[of_axis])[0]
+    if not error.any():
+        return joint
+    masses, nu = joint.at(theta)[0].masses, motion.nu
+    problems = []
+    for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
+        axis = problem.axis
+        if axis.dof in DRIFT_MOMENTS:
+            a, b = DRIFT_MOMENTS[axis.dof]
+            square = (masses[a] - masses[b]) ** 2 * ((nu[:, a] * error[b]) ** 2 + (nu[:, b] * error[a]) ** 2)
+            sea = float(np.exp(2.0 * theta[of_axis][DISTURBANCE]))
+            problem = problem.with_axis(
+                _misread(axis, motion.mean_between(square, axis.before_s, axis.time_s), sea)
+            )
+        problems.append(problem)
+    return replace(joint, problems=tuple(problems))
+
+
+def _misread(axis: Axis, square: Array, sea: float) -> Axis:
+    """An axis whose steps are told apart by the mean square (n,) of such a moment over each, by that of the sea."""
+    step, of, level = told_apart(axis, levels(square / sea))
+    misread = np.where(level > levels(np.array(QUIETEST)), np.sqrt(sea * LOUDNESS**level), 0.0)
+    return replace(
+        axis, different_s=axis.different_s[of], white_times=axis.white_times[of], misread=misread, step=step
+    )
