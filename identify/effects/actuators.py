@@ -1,6 +1,7 @@
 """Thrusters that deviate from their curve or lag, all alike or a single one: weak, turned or moved."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -314,4 +315,4 @@ def of_each_thruster(configuration: Configuration) -> tuple[Effect, ...]:
     for number, thruster in enumerate(configuration.thrusters, start=1):
         out += [weak(number), shifted(number, thruster)]
         out += [turned(number, about) for about in (("z",) if _level(thruster) else ("x", "y"))]
-    return tuple(out)
+    return tuple(replace(effect, one_of=len(configuration.thrusters)) for effect in out)

@@ -9,17 +9,18 @@ from fakes.planted import explained
 from soak import rest_in_soak
 
 from bridge.vehicle.coefficients import PITCH
+from bridge.vehicle.config import Configuration, Thruster
 from identify.diagnose import findings
 from identify.diagnose.causes import ambiguity, confidence, ranking, search, selection
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.form_remainder import FormRemainder
-from identify.diagnose.causes.requirement import required_gain
+from identify.diagnose.causes.requirement import LEAST_GAIN, least_gain, required_gain, sought_nats
 from identify.diagnose.causes.search import explained_by
 from identify.diagnose.causes.selection import pruned, with_one_more
 from identify.diagnose.causes.weighing import Fitted, weighing_of
 from identify.diagnose.filters.nominal import refitted
 from identify.diagnose.findings import probability
-from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, of_each_thruster, thruster_lag, weak
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
@@ -689,3 +690,12 @@ def test_of_a_swap_and_a_further_cause_that_fail_together_the_swap_is_tried_no_m
     )
     new = {each.label for each in after} - {each.label for each in before}
     assert search._refused_first(new, better, fit) == refused
+
+
+def test_a_cause_of_one_thruster_has_to_save_more_for_each_thruster_among_which_it_was_sought():
+    one = Thruster((1.0, 0.0, 0.0), (0.0, 0.1, 0.0))
+    for count in (2, 8):
+        for effect in of_each_thruster(Configuration(10.0, (0.1, 0.2, 0.3), (one,) * count)):
+            assert sought_nats(effect) == pytest.approx(np.log(count))
+            assert least_gain(Cause(effect, effect.start())) == pytest.approx(LEAST_GAIN + np.log(count))
+    assert sought_nats(COMMAND_DELAY) == 0.0

@@ -1,5 +1,7 @@
 """The nats that a further cause must save: chance, and the remainder of the forms of earlier causes."""
 
+import math
+
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.form_remainder import FormRemainder
 from identify.diagnose.causes.weighing import Fitted
@@ -72,15 +74,16 @@ def shadow_nats(remainder: FormRemainder, cause: Cause) -> float:
 
 
 def least_gain(cause: Cause) -> float:
+    among = math.log(cause.effect.one_of)
     if cause.effect.sea or cause.effect.since_s:
-        return LEAST_TIMED_GAIN + (BEGINNING_NATS if cause.effect.has_ended else 0.0)
-    return LEAST_GAIN
+        return LEAST_TIMED_GAIN + (BEGINNING_NATS if cause.effect.has_ended else 0.0) + among
+    return LEAST_GAIN + among
 
 
 def sought_nats(effect: Effect) -> float:
-    """Nats by which an effect must be worth more because its beginning, and its end, were sought in all of the dive, in
-    what is held out too."""
-    return BEGINNING_NATS * (bool(effect.since_s) + effect.has_ended)
+    """Nats by which an effect must be worth more because its thruster was sought among several, and its beginning, and
+    its end, in all of the dive, in what is held out too."""
+    return BEGINNING_NATS * (bool(effect.since_s) + effect.has_ended) + math.log(effect.one_of)
 
 
 def nats_apart(fit: Fitted, others: Fitted) -> float:
