@@ -4,15 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from bench.field.draw import NONE, draw
-from bridge.vehicle.coefficients import SURGE, SWAY, YAW
+from bridge.vehicle.coefficients import HEAVE, PITCH, SURGE, SWAY, YAW
 from bridge.vehicle.config import load_vehicle
+from identify.dive import Signal
 from identify.estimators.axes.build import build_axes
+from identify.estimators.axes.motion import Motion
+from identify.estimators.axes.readings import Pose, with_heave_of_depth
+from identify.estimators.filter.state import POSITION
 from identify.estimators.filter.transitions import transitions
 from identify.estimators.likelihood.axis import MASS
 from identify.estimators.likelihood.fit import rough_fit
-from identify.estimators.likelihood.misread_drift import with_misread_drift
+from identify.estimators.likelihood.misread_drift import error_by_depth, with_misread_drift
 from identify.ingest.open import read_dive
 
 
@@ -67,3 +72,44 @@ def test_a_step_with_a_larger_disturbance_lets_the_hull_be_turned_by_more():
     table = transitions(step_s, 0.4, np.array([0.3]), 5.0, sigma, 1.5, 0.1, np.zeros(2), 0.0, 1.0, 0.0)
     assert table[1, :11] == pytest.approx(table[0, :11], rel=1e-12)
     assert table[1, 11:17] == pytest.approx(9.0 * table[0, 11:17], rel=1e-9)
+
+
+def test_a_surge_that_pitches_the_hull_does_so_by_the_heave_that_depth_tells(begun):
+    fit, motion = begun
+    own, exact = fit.maximum.theta, fit.maximum.theta.copy()
+    for problem, of_axis in zip(fit.joint.problems, fit.joint.slices, strict=True):
+        if problem.axis.dof == HEAVE:
+            (depth,) = np.unique(problem.axis.channel[problem.axis.state_read == POSITION])
+            exact[of_axis.start + problem.noise_index + depth] -= 12.0
+    ahead, sinking = np.abs(motion.nu[:, [SURGE, HEAVE]]).T
+    fast = (ahead > 0.8 * ahead.max()) & (sinking < 0.05 * ahead)
+    pitching = []
+    for theta in (own, exact):
+        axis, misread = of_steps(with_misread_drift(fit.joint, theta, motion), PITCH)
+        pitching.append(np.median(misread[np.interp(axis.time_s, motion.time_s, fast) == 1.0]))
+    assert pitching[1] < 0.3 * pitching[0]
+
+
+@pytest.mark.parametrize("begins_s", [(), (149.97,)])
+def test_depth_mends_the_slow_error_of_a_heave_velocity_to_the_expected_remainder(begins_s):
+    std, memory_s, noise_m, spacing_s = 0.011, 3.0, 0.003, 0.1
+    rng, time_s = np.random.default_rng(7), np.arange(0.0, 400.0, 0.02)
+    keep = np.exp(-0.02 / memory_s)
+    error = lfilter([std * np.sqrt(1.0 - keep**2)], [1.0, -keep], rng.standard_normal(len(time_s)))
+    sinking = 0.15 * np.sin(0.8 * time_s)
+    nu = np.zeros((len(time_s), 6))
+    nu[:, HEAVE] = sinking + error
+    motion = Motion(time_s, nu, np.array(begins_s))
+    read_s = time_s[::5]
+    depth = np.interp(read_s, time_s, motion.integral(sinking)) + noise_m * rng.standard_normal(len(read_s))
+    # Another run begins at another depth.
+    depth += 2.0 * np.searchsorted(begins_s, read_s)
+    mended = with_heave_of_depth(motion, Pose(Signal(read_s, depth[:, None]), np.zeros(len(time_s))))
+    left = np.std(mended.nu[:, HEAVE] - sinking)
+    assert left == pytest.approx(error_by_depth(std, memory_s, noise_m, spacing_s), rel=0.2)
+    assert left < 0.4 * np.std(error)
+    assert not mended.nu[:, :HEAVE].any()
+
+
+def test_depth_that_says_less_than_a_velocity_leaves_its_error():
+    assert error_by_depth(0.01, 1.0, 10.0, 1.0) == 0.01

@@ -31,6 +31,7 @@ from identify.estimators.axes.readings import (
     restoring_force,
     stiffness_of,
     tumbles,
+    with_heave_of_depth,
     with_rates_of_poses,
 )
 from identify.estimators.filter.state import POSITION
@@ -78,6 +79,9 @@ def build_axes(
     velocity, motion = at_origin(dive, grid, np.asarray(lever))
     motion = with_rates_of_poses(dive, file, motion)
     poses = poses_of(dive, file, motion, attitude)
+    if dive.velocity_is_filtered and HEAVE in poses:
+        motion = with_heave_of_depth(motion, poses[HEAVE])
+        poses = poses_of(dive, file, motion, attitude)
     unpushed = {
         dof: _unpushed(dof, float(np.max(np.abs(forces.asked[:, dof]), initial=0.0)) > least_n)
         for dof in dofs

@@ -255,7 +255,13 @@ def with_rates_of_poses(dive: Dive, file: VehicleFile, motion: Motion) -> Motion
 
 
 def _slope(pose: Signal, column: int, motion: Motion) -> Array:
-    return np.asarray(np.gradient(smoothed(pose, column, motion.time_s, motion.breaks_s), motion.time_s))
+    """Slope (m,) of a smoothed column at the times of the motion, each run between breaks by itself."""
+    values = smoothed(pose, column, motion.time_s, motion.breaks_s)
+    cut = np.searchsorted(motion.time_s, motion.breaks_s)
+    runs = zip(np.split(values, cut), np.split(motion.time_s, cut), strict=True)
+    return np.concatenate(
+        [np.gradient(value, at_s) if len(at_s) > 1 else np.zeros(len(at_s)) for value, at_s in runs]
+    )
 
 
 @dataclass(frozen=True)
@@ -305,6 +311,17 @@ def poses_of(dive: Dive, file: VehicleFile, motion: Motion, attitude: Array | No
         at = np.interp(read.time_s, motion.time_s, carried)
         out[dof] = Pose(Signal(read.time_s, read.value - at[:, None]), carried)
     return out
+
+
+def with_heave_of_depth(motion: Motion, depth: Pose) -> Motion:
+    """Return the motion with the slow errors of its heave velocity mended by depth: by the slope of depth less the
+    integral of that velocity, which is the error's integral and the white noise of depth."""
+    sunk = motion.integral(motion.nu[:, HEAVE])
+    read = depth.reading
+    at = np.interp(read.time_s, motion.time_s, sunk)
+    nu = motion.nu.copy()
+    nu[:, HEAVE] += _slope(Signal(read.time_s, read.value - at[:, None]), 0, motion)
+    return replace(motion, nu=nu)
 
 
 def restoring_force(

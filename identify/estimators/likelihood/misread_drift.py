@@ -14,7 +14,8 @@ from bridge.arrays import Array
 from identify.estimators.axes.axis import Axis
 from identify.estimators.axes.events import LOUDNESS, QUIETEST, levels, told_apart
 from identify.estimators.axes.motion import Motion
-from identify.estimators.likelihood.axis import DISTURBANCE
+from identify.estimators.filter.state import POSITION
+from identify.estimators.likelihood.axis import DISTURBANCE, AxisLikelihood
 from identify.estimators.likelihood.joint import JointLikelihood
 
 DRIFT_MOMENTS = {3: (1, 2), 4: (2, 0), 5: (0, 1)}
@@ -30,7 +31,7 @@ def with_misread_drift(joint: JointLikelihood, theta: Array, motion: Motion) -> 
     """
     error = np.zeros(6)
     for problem, of_axis in zip(joint.problems, joint.slices, strict=True):
-        error[problem.axis.dof] = problem.coloured(theta[of_axis])[0]
+        error[problem.axis.dof] = _velocity_error(problem, theta[of_axis])
     if not error.any():
         return joint
     masses, nu = joint.at(theta)[0].masses, motion.nu
@@ -55,3 +56,26 @@ def _misread(axis: Axis, square: Array, sea: float) -> Axis:
     return replace(
         axis, different_s=axis.different_s[of], white_times=axis.white_times[of], misread=misread, step=step
     )
+
+
+def _velocity_error(problem: AxisLikelihood, theta: Array) -> float:
+    """Standard deviation, m/s, of the motion's velocity along an axis: of an autopilot's filter, or by depth too."""
+    std, time_s = problem.coloured(theta)
+    axis = problem.axis
+    depth = axis.state_read == POSITION
+    if not std or not depth.any():
+        return std
+    noise = float(np.exp(theta[problem.noise_index + int(axis.channel[depth][0])]))
+    return error_by_depth(std, time_s, noise, float(np.median(np.diff(axis.time_s[depth]))))
+
+
+def error_by_depth(std: float, time_s: float, depth_noise_m: float, spacing_s: float) -> float:
+    """Standard deviation, m/s, of a heave velocity whose slow error (standard deviation `std`, memory `time_s`) is
+    mended by depth (`axes.readings.with_heave_of_depth`).
+
+    A filter 1 / (1 + (f / f_c)^4) takes the slope of depth below its corner, where both errors weigh the same, and the
+    velocity, whose error walks at random, above.
+    """
+    density = depth_noise_m**2 * spacing_s
+    corner = (2.0 * std**2 / (time_s * density)) ** 0.25
+    return min(std, float(np.sqrt(density * corner**3 / np.sqrt(8.0))))
