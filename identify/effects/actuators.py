@@ -1,7 +1,6 @@
 """Thrusters that deviate from their curve or lag, all alike or a single one: weak, turned or moved."""
 
 from collections.abc import Callable
-from dataclasses import replace
 
 import numpy as np
 
@@ -315,4 +314,4 @@ def of_each_thruster(configuration: Configuration) -> tuple[Effect, ...]:
     for number, thruster in enumerate(configuration.thrusters, start=1):
         out += [weak(number), shifted(number, thruster)]
         out += [turned(number, about) for about in (("z",) if _level(thruster) else ("x", "y"))]
-    return tuple(replace(effect, one_of=len(configuration.thrusters)) for effect in out)
+    return tuple(out)

@@ -202,7 +202,7 @@ class Effect:
     - less: the sentence where its size lies below `none`, "" where the same serves; is_less: whether it does.
     - separation: manoeuvres and sensors that distinguish it from similar effects.
     - linear: its contribution is proportional to the distance of its parameters from `none`.
-    - number: the thruster that it concerns, from 1; 0 for all. one_of: how many thrusters it is sought among.
+    - number: the thruster that it concerns, from 1; 0 for all. one_of: how many forms and thrusters it is sought in.
     - needs: data that the recording must hold in addition to motion and thrust (`PULSES`, `QUICK_COMMANDS`,
       `OWN_VELOCITY`, `OWN_DESCENT` or the name of a signal); otherwise the effect is not tried.
     - growth_is_apart: its growth over a dive counts as a different effect.
@@ -240,7 +240,7 @@ class Effect:
     separation: Separation
     linear: bool = True
     number: int = 0
-    one_of: int = 1
+    one_of: int = field(default=1, compare=False)
     needs: tuple[str, ...] = field(default=())
     growth_is_apart: bool = False
     feedforward: FeedForward = ""

@@ -1,6 +1,8 @@
 """All effects that are tried on a vehicle."""
 
+from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 
 from bridge.vehicle.coefficients import AcceptedEffect
 from bridge.vehicle.config import Configuration
@@ -21,7 +23,7 @@ def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
 
     Several effects may share a name: forms of the same cause, or one for each thruster. `label` is unique.
     """
-    return (
+    effects = (
         *hydrodynamics.EFFECTS,
         *actuators.EFFECTS,
         *actuators.thruster_lag(lag_s),
@@ -32,6 +34,9 @@ def library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:
         *sensors.EFFECTS,
         *rigid_body.EFFECTS,
     )
+    forms = Counter(effect.name for effect in effects)
+    # A sea's periods count by what it has to save.
+    return tuple(effect if effect.sea else replace(effect, one_of=forms[effect.name]) for effect in effects)
 
 
 def accepted_library(configuration: Configuration, lag_s: float) -> tuple[Effect, ...]:

@@ -14,16 +14,17 @@ from identify.diagnose import findings
 from identify.diagnose.causes import ambiguity, confidence, ranking, search, selection
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.form_remainder import FormRemainder
-from identify.diagnose.causes.requirement import LEAST_GAIN, least_gain, required_gain, sought_nats
+from identify.diagnose.causes.requirement import least_gain, required_gain, sought_nats
 from identify.diagnose.causes.search import explained_by
 from identify.diagnose.causes.selection import pruned, with_one_more
 from identify.diagnose.causes.weighing import Fitted, weighing_of
 from identify.diagnose.filters.nominal import refitted
 from identify.diagnose.findings import probability
-from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, of_each_thruster, thruster_lag, weak
+from identify.effects.actuators import COMMAND_DELAY, DEAD_ZONE, thruster_lag, weak
 from identify.effects.effect import Act
 from identify.effects.environment import STEADY_CURRENT, waves
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
+from identify.effects.library import library
 from identify.effects.rigid_body import PITCH_ROLL_COUPLING
 from identify.effects.sensors import DEPTH_SCALE, DVL_SCALE
 
@@ -692,10 +693,16 @@ def test_of_a_swap_and_a_further_cause_that_fail_together_the_swap_is_tried_no_m
     assert search._refused_first(new, better, fit) == refused
 
 
-def test_a_cause_of_one_thruster_has_to_save_more_for_each_thruster_among_which_it_was_sought():
+def test_a_cause_has_to_save_more_for_each_form_and_thruster_in_which_it_was_sought():
     one = Thruster((1.0, 0.0, 0.0), (0.0, 0.1, 0.0))
     for count in (2, 8):
-        for effect in of_each_thruster(Configuration(10.0, (0.1, 0.2, 0.3), (one,) * count)):
-            assert sought_nats(effect) == pytest.approx(np.log(count))
-            assert least_gain(Cause(effect, effect.start())) == pytest.approx(LEAST_GAIN + np.log(count))
-    assert sought_nats(COMMAND_DELAY) == 0.0
+        effects = library(Configuration(10.0, (0.1, 0.2, 0.3), (one,) * count), 0.1)
+        among = {"weak_thruster": count, "pitch_roll_coupling": 5, "thruster_lag": 2, "command_delay": 1}
+        for effect in effects:
+            if effect.name in among:
+                assert sought_nats(effect) == pytest.approx(np.log(among[effect.name]))
+                gain = least_gain(Cause(effect, effect.start()))
+                assert gain == pytest.approx(7.0 + np.log(among[effect.name]))
+        assert {effect.name for effect in effects} > set(among)
+        # A sea's periods count by what it has to save.
+        assert {least_gain(Cause(effect, effect.start())) for effect in effects if effect.sea} == {20.0}

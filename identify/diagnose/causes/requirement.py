@@ -81,8 +81,8 @@ def least_gain(cause: Cause) -> float:
 
 
 def sought_nats(effect: Effect) -> float:
-    """Nats by which an effect must be worth more because its thruster was sought among several, and its beginning, and
-    its end, in all of the dive, in what is held out too."""
+    """Nats by which an effect must be worth more because its form or thruster was sought among several, and its
+    beginning, and its end, in all of the dive, in what is held out too."""
     return BEGINNING_NATS * (bool(effect.since_s) + effect.has_ended) + math.log(effect.one_of)
 
 
