@@ -136,11 +136,11 @@ up to which a delay of the thrusters is judged."""
 class Reckoned:
     """Pulses that stand between samples `step_s` apart.
 
-    missed_us2, straight_us2 (k, k): covariance of the outputs by which the reckoning misses a sample, from the samples
-    before and behind it, and by which a straight line between these does. An autopilot's answer to an unrecorded
-    reading moves several outputs together: that to its depth sensor lifts a vehicle and does not turn it.
-    share: the one variance over the other, of the thruster whose pulses are foretold best. It tells the time at which
-    the thrusters act, whatever noise of a depth sensor moves the others.
+    missed_us2, straight_us2 (k, k): covariance of the outputs' errors if a sample is reckoned from the samples before
+    and after it, and if it is taken from a straight line between these. An autopilot's answer to an unrecorded reading
+    moves several outputs together: the answer to its depth sensor lifts a vehicle and does not turn it.
+    share: the ratio of the two variances for the thruster whose pulses are predicted best. That thruster shows the
+    time at which thrusters act, however much a noisy depth sensor moves the others.
     """
 
     step_s: float

@@ -1,6 +1,6 @@
 """How a vehicle changes from dive to dive, in words with figures: its hull, and the sizes of effects.
 
-What the trends of mass and damping mean together is one of a few stories, from fouling to a heavier payload. In other
+The trends of mass and damping together mean one of a few stories, from fouling to a heavier payload. In other
 folders a drift is something else: how far a simulation runs off a dive within 5 s.
 """
 
@@ -106,9 +106,9 @@ def _takes(row: Row, name: str, despite_doubts: bool) -> bool:
     """Whether the trend of `name` uses a row's value: the value exists, the dive has a date and converged, and no doubt
     is about it.
 
-    With `despite_doubts`, three more kinds of value count: those of dives in which data and model disagree, those
-    that only a warning is about, and those whose doubt is a force that the model lacks. A value under a graver doubt
-    of the recording never counts, because the next dive need not have the same error.
+    With `despite_doubts`, three more kinds of value count: of dives in which data and model disagree, with a warning
+    alone, and with a doubt that the model lacks a force. A value under a graver doubt about the recording never counts,
+    because the next dive need not have the same error.
     """
     speaking = [doubt for doubt in row.doubts if is_about(doubt, name)]
     if despite_doubts:

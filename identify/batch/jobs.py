@@ -122,7 +122,7 @@ def job_for(
     against: Against = Against(),
     carried_kg: float = 0.0,
 ) -> Job:
-    """Make a job, with a key that is another one if anything changes on which its answer depends.
+    """Make a job; its key changes with anything on which its answer depends.
 
     Raises OSError if a table can't be read.
     """

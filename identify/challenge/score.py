@@ -114,7 +114,7 @@ class Judged:
         return () if self.answer is None else self.answer.named
 
     def named_first(self) -> bool:
-        """Whether the cause named first is the hidden effect, or one that can't be told from it."""
+        """Whether the cause named first is the hidden effect, or one indistinguishable from it."""
         return bool(self.named) and self._matches(self.truth["effects"][0], self.named[0].name, self.named[0])
 
     def first_or_alike(self) -> bool:

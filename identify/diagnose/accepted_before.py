@@ -22,7 +22,7 @@ PASSES = 2
 
 @dataclass(frozen=True)
 class AcceptedCauses:
-    """Accepted effects as causes: `lasting` ones of the vehicle, and `passing` ones of one dive's water or tether.
+    """Accepted effects as causes: `lasting`, of the vehicle, and `passing`, of one dive's water or tether.
 
     unknown: words on the effects that the library lacks.
     """
@@ -145,7 +145,7 @@ def _change(cause: Cause) -> Effect:
 
 
 def all_accepted(findings: Sequence[Finding], causes: Sequence[Cause]) -> tuple[Finding, ...]:
-    """All effects of a model once `findings` are accepted: those of before, with their changes, and the new ones."""
+    """All effects of a model once `findings` are accepted: the earlier ones with their changes, and the new ones."""
     changes = {finding.cause.key: finding for finding in findings if finding.cause.effect.variant == SINCE}
     changed = tuple(_with_change(cause, changes.get(cause.key)) for cause in causes)
     return (*changed, *(finding for finding in findings if finding.cause.effect.variant != SINCE))

@@ -175,7 +175,7 @@ def trials_of(
 def _sizes_with_causes(explanation: Explanation) -> dict[str, dict[str, Value]]:
     """The parameters of each linear effect that is no cause, fitted beside the causes, by label.
 
-    Parameters on which the dive holds nothing are left out, and effects that are told by other parameters.
+    Left out are parameters on which the dive has no information, and effects reported by other parameters.
     """
     candidates = explanation.weighing.candidates_with_fit(explanation.fit)
     taken = {cause.key for cause in explanation.fit.causes}

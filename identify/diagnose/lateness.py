@@ -21,7 +21,7 @@ def tests_of(now: Nominal) -> tuple[Doubts, ...]:
 
 
 def lateness_of(findings: Sequence[Finding], now: Nominal) -> Value | None:
-    """Lateness in s, with its 95 % interval; None where no axis tells it, as with commands that come too seldom.
+    """Lateness in s, with its 95 % interval; None if no axis shows it, for example because commands come too seldom.
 
     `now`: the filters fitted together with the causes found.
     """

@@ -24,7 +24,7 @@ ENOUGH_CHECK_S = 60.0
 """A shorter check dive is simulated, but a dozen windows of 5 s are too few."""
 
 LEAST_PUSHING = 0.25
-"""Share of a dive in which some thruster pushes, below which a crew is told so."""
+"""A note says so if thrusters pushed during a smaller share of the dive."""
 
 MOST_SPIKES = 0.01
 """Share of the readings up to which those that the fit dropped may be a sensor's spikes."""

@@ -46,8 +46,8 @@ class Finding:
     """A cause that was found, likely or merely possible.
 
     also: names of its ambiguity group; likeness: |cosine| of each; probability: that it, or a member of `also`, is
-    present; gain_nats: saved on held-out pieces in addition to the other causes. other_thrusters: numbers of those of
-    which it does as well.
+    present; gain_nats: saved on held-out pieces in addition to the other causes. other_thrusters: numbers of those
+    that explain the dive equally well.
     """
 
     cause: Cause

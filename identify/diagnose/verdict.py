@@ -30,7 +30,7 @@ LEAST_CLOSED = 1 / 3
 """Share of the closable gap, held out, that the causes must close for a verdict despite an unexplained remainder."""
 
 WHOLE = 0.95
-"""Share of the closable gap, held out, from which on causes that leave nothing beside them stand in for nothing."""
+"""Share of the closable gap, on held-out pieces, from which causes without a remainder count as the true ones."""
 
 MOST_DISTURBED = 1 / 3
 """Share of the thrusters' variance up to which a model need not explain the disturbance."""
@@ -86,15 +86,16 @@ def above_noise(
 ) -> Unexplained:
     """The unexplained remainder, without degrees of freedom in which the model drifts no more than noise.
 
-    It applies if the causes close enough of the gap on held-out pieces; without a gap there only where even the
-    nominal model is less exact: if any degree of freedom is `inexact`, behind an autopilot's filter or under
-    commands that are sampled slowly, and beside accepted effects, which make up forces to `known_to` (6,), N and N
-    m. Elsewhere the floor, of the fitted disturbance, has grown by such a force itself. Slow or rare forces are
-    kept where they are larger than that, because a disturbance absorbs them without a drift, and so are reading
-    errors; beside accepted effects none in roll and pitch, where an estimate wanders by more than such effects do.
-    In roll and pitch nothing is left where the model drifts by less than HUSHED of noise: angles are an estimate,
-    and wander by a fraction of a disturbance. Forces that are left out beside the causes, of those that count in the
-    causes' place, do not count there either.
+    Degrees of freedom are left out only if the causes close enough of the gap on held-out pieces. If these show no
+    gap, they are left out only where even the nominal model is less exact: if any degree of freedom is `inexact`
+    (behind an autopilot's filter, or under slowly sampled commands), or if the model holds accepted effects, which
+    make up for forces to `known_to` (6,), N and N m. Elsewhere the floor, which comes from the fitted disturbance,
+    would have grown by the force itself.
+
+    Slow or rare forces larger than that are kept, because a disturbance absorbs them without a drift, and so are
+    reading errors. In roll and pitch nothing is kept with accepted effects, because the estimated angles wander by
+    more than such effects, nor if the model drifts by less than HUSHED of the noise. A force that is left out here is
+    not counted in place of the causes either.
     """
     hushed = {
         axis.dof

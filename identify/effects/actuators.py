@@ -124,8 +124,8 @@ def _saturated(course: Course, values: Array) -> Act:
 
 
 LEAST_LIMIT = 0.1
-"""Share of the most that was asked of a thruster below which a limit is none: thrusters that give next to nothing, with
-masses and drags of next to nothing, fit any motion."""
+"""Share of the largest command of a thruster below which a limit counts as none: thrusters that give next to nothing,
+with masses and drags of next to nothing, fit any motion."""
 
 
 def _may_limit(course: Course, values: Array) -> bool:

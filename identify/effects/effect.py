@@ -156,8 +156,8 @@ AnswerParameters = dict[str, tuple[float, str]]
 
 @dataclass(frozen=True)
 class Compensation:
-    """A coefficient of the feed-forward that makes up for an effect: `slope` times the distance of the parameter `of`
-    from `none`, or `slope` itself, which is then no estimate, if `of` is ""."""
+    """A coefficient of the feed-forward that compensates an effect: `slope` times the distance of the parameter `of`
+    from `none`; if `of` is "", it is `slope` itself, a constant that was not estimated."""
 
     name: str
     unit: str
@@ -199,7 +199,7 @@ class Effect:
     - act: returns its contribution for the values (p,) of its parameters. An effect without parameters adds nothing
       to a course and is detected by other evidence.
     - sentence: description for a crew.
-    - less: the sentence where its size lies below `none`, "" where the same serves; is_less: whether it does.
+    - less: the sentence for a size below `none`, "" if `sentence` serves; is_less: whether the size is below.
     - separation: manoeuvres and sensors that distinguish it from similar effects.
     - linear: its contribution is proportional to the distance of its parameters from `none`.
     - number: the thruster that it concerns, from 1; 0 for all. one_of: how many forms and thrusters it is sought in.
@@ -225,8 +225,8 @@ class Effect:
       asked over one more than the size); more than one if its shape changes with its size.
     - steep: its shape changes so abruptly that a size holds for no other than itself.
     - sudden: it may begin within a dive, as when a propeller breaks.
-    - may_be: an effect that a refit absorbs unless this one's reading is beside it, and its values by this one's: the
-      cause may be that instead.
+    - may_be: an effect that may be the cause instead, with its values given this one's: a refit absorbs it unless this
+      effect's sensor is recorded.
     - in_file: what the vehicle file gives of it, in newtons or metres, while thrust is known to its scale alone.
     - since_s: time since the recording's start from which it acts, if it began within the dive (`beginning`). until_s:
       the same to which it acts, if it ended within it; inf if it did not.

@@ -136,8 +136,8 @@ def sampled_seldom(commands: Signal) -> bool:
 
 
 def commands_of_unknown_loop(dive: Dive) -> Signal | None:
-    """The commands of a dive of which it is unknown whether each holds until the next; None if that is known, or can't
-    be told."""
+    """The commands of a dive if it can be found out, but is not known yet, whether each holds until the next; None
+    otherwise."""
     commands = dive.thruster_commands if dive.thruster_commands is not None else dive.tau_cmd
     known = loop_is_recorded(dive) or dive.commands_hold is not None or dive.reckoned is not None
     return None if commands is None or known or sampled_seldom(commands) else commands

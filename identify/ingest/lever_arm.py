@@ -1,4 +1,4 @@
-"""A velocity that was told for the body's origin, at the DVL's transducer, where a dive has it."""
+"""The velocity at the DVL's transducer, for recordings that give it at the body's origin."""
 
 from dataclasses import replace
 
@@ -9,10 +9,10 @@ from identify.dive import Dive, Signal
 
 
 def at_transducer(dive: Dive, sensors: Sensors) -> Dive:
-    """The dive with its velocity at the DVL's place in the vehicle file; the dive itself where it is there already.
+    """The dive with its velocity at the DVL's place in the vehicle file; the dive itself if it is there already.
 
     With the DVL at r, in body axes from the origin, v_dvl = v + omega x r (Fossen 2011, ch. 2). A recording without
-    rates of turn keeps the origin's velocity: without turning both are one.
+    rates of turn keeps the origin's velocity: without turning the two are equal.
     """
     velocity, gyro = dive.velocity, dive.gyro
     if not dive.velocity_at_origin or sensors.dvl is None or velocity is None or gyro is None:

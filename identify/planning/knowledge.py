@@ -39,7 +39,7 @@ from identify.nuisance import disturbance, noise, time_constant
 Complex = NDArray[np.complexfloating[Any, Any]]
 NAMES = tuple(coefficient.name for coefficient in COEFFICIENTS)
 COUNTED = (*NAMES, *(coefficient.name for coefficient in QUADRATICS))
-"""Of what information is counted: `NAMES`, and quadratic drag, which is none where the hull has only linear drag."""
+"""Coefficients whose information is counted; that of quadratic drag is zero for a hull with linear drag alone."""
 MASS_RATIO, DAMPING_RATIO = 1.4, 0.7
 """Total mass and damping as shares of the rigid body's mass or inertia, if the vehicle file gives neither."""
 

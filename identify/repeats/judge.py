@@ -1,6 +1,6 @@
-"""Which effect moved the marks of further runs away from those of the accepted ones.
+"""Finds the effect that moved the marks of new runs away from those of the accepted runs.
 
-The mean of n further runs scatters by the accepted runs' scatter over n, and the accepted mean by it over their number.
+The mean of n new runs has the accepted runs' variance over n, and the accepted mean that variance over their number.
 Each effect is weighed by its evidence: the likelihood of the mean shift, averaged over the effect's sizes and over the
 directions that the vehicle file leaves open, against that of no shift (Bayes factor).
 """
@@ -117,7 +117,7 @@ LEAST_CLOSED: Final = 1 / 3
 """Share of the squared shift that a cause has to explain where it leaves something; else the answer is `unknown`."""
 
 FAR: Final = 3.0
-"""Standard deviations from which a single mark is told as odd."""
+"""Standard deviations from which a single mark is reported as odd."""
 
 LEAST: Final = 1e-9
 ODD_SQUARE: Final = 25.7

@@ -293,7 +293,8 @@ LEAST_SHARE: Final = 0.003
 
 
 def ballast_note(dive: Dive, file: VehicleFile, configuration_name: str) -> tuple[str, ...]:
-    """A sentence on runs that are heavier in the water than the others; () if all are alike, or that can't be told.
+    """A sentence on runs that are heavier in the water than the others; () if all are equal, or the dive does not show
+    it.
 
     Over windows, the thrust in heave is a steady push of each run, and shares of acceleration, drag and turning that
     all runs have in common.

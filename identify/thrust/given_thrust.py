@@ -36,7 +36,7 @@ MEMORY_S: Final = 4.0
 """Longest time over which the residuals are taken as correlated."""
 LEAST_SAMPLES: Final = 300
 MOST_UNSURE: Final = 0.1
-"""Half of the 95 % interval, of the gain itself, up to which a dive tells a gain."""
+"""Largest half width of the 95 % interval, relative to the gain, with which a dive counts as showing a gain."""
 NO_REACH: Final = 1e-6
 
 

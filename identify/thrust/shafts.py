@@ -1,4 +1,4 @@
-"""The wrench of thrusters whose lag is that of their shafts' speed, whose square the thrust goes by."""
+"""The wrench of thrusters whose shaft speed lags; thrust is proportional to the square of that speed."""
 
 from dataclasses import replace
 

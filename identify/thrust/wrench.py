@@ -270,7 +270,8 @@ def _asked_by_pwm(
 def obeyed_after_s(asked: Signal, commanded: Signal) -> float:
     """How long after TAU_CMD the wrench from the pulses agrees with it best, s.
 
-    A vehicle that gives its commands itself stamps both alike. An autopilot that gets them over a link obeys later.
+    A vehicle that makes its commands itself gives both one stamp. An autopilot that receives them over a link obeys
+    later.
     """
     scale = np.sqrt(np.mean(commanded.value**2, axis=0))
     used = [dof for dof in (0, 1, 5) if scale[dof] > LEAST_WRENCH]

@@ -39,8 +39,8 @@ class WrenchHistory:
     `source`: the thrusters' commands, pulses or newtons, or TAU_CMD. `sampled_s`: time between slow samples of the
     commands, 0 if the commands are known at all times. `stepped`: the history if slow samples step halfway to the next
     instead of going straight to it; None without such samples. `unknown_s` (6,): the interval of samples between
-    which the wrench's answers to the motion are unknown; 0 where they are recorded, or reckoned as well as a delay
-    needs, or where the wrench was at rest. `breaks_s` (r - 1,): times between the runs of a dive; before the first
+    which the wrench's answers to the motion are unknown; 0 where they are recorded, where reckoning is good enough for
+    a delay, and where the wrench was at rest. `breaks_s` (r - 1,): times between the runs of a dive; before the first
     command of each run the wrench is constant.
     """
 

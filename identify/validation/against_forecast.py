@@ -295,8 +295,8 @@ class MadeUp:
 def made_up(
     gains: Array | None, credits: Sequence[Credit], gave: Mapping[int, Given] = NONE_GIVEN
 ) -> tuple[MadeUp, ...]:
-    """The accepted thrusters of a dive in which the feed-forward acted and whose gain (n,) it tells; `gave`: what they
-    gave, by number."""
+    """The accepted thrusters of a dive in which the feed-forward acted and which shows their gain (n,); `gave`: the
+    gain of each in this dive, by its number."""
     return tuple(
         MadeUp(credit, gain, gave.get(credit.thruster))
         for credit in credits

@@ -8,7 +8,8 @@ those that the PID's force shows on the measured motion. The criteria, and the r
 - TAU_FF is never missing, nor zero while the reference moves: that is how the vehicle reports that it refuses a
   coefficient.
 - The fed mass and damping, applied to the measured motion, rise and fall with the PID's force (correlation at least
-  0.8). Below that, over a third of the PID's work was something else, such as a current, which no feed-forward knows.
+  0.8). Below that, over a third of the PID's work was against other forces, such as a current, which no feed-forward
+  knows.
 - Mass and damping are each 0.71 to 1.41 times the PID's: half-way, in ratio, to the factor of two with which FF_MODE 3
   has been flown and settled (docs/onboard.md). The criterion fails if the 95 % interval lies outside. If the interval
   exceeds the factor of two, the dive does not show the value: other forces moved the vehicle more.
@@ -35,8 +36,8 @@ In every mode, every axis is watched over the whole mission:
   criterion fails at twice as much, if the sea does not move the vehicle half as much while it rests.
 - A thruster with an accepted gain is made up for once: the allocation goes by what the thruster gave in this dive, to
   5 % beyond its interval; without one, by the gain that the diagnosis fitted. In shadow nothing is made up for yet, and
-  the gain that the allocation will use is compared: a dive from which the thruster's gain can't be told is no GO there,
-  for the compensation would begin unjudged. If that gain is right, motion in shadow that was not asked for is not
+  the gain that the allocation will use is compared: a dive that does not show the thruster's gain is a NO GO,
+  because the compensation would begin unjudged. If that gain is right, motion in shadow that was not asked for is not
   judged: the weak thruster causes it, until it is made up for.
 """
 
@@ -76,8 +77,8 @@ push of an axis whose reference rests."""
 PUSH_S: Final = 1.0
 """A push lasts at least so long: a tap of the sticks moves a vehicle of tens of kilograms by next to nothing."""
 SAME_FORCE: Final = 0.05
-"""A push holds its force, to this share of it. What varies more is the feedback of somebody else, such as the heading
-that an autopilot holds in STABILIZE."""
+"""A push holds its force to this share. A force that varies more comes from other feedback, such as an autopilot that
+holds the heading in STABILIZE."""
 
 MOST_THRUST: Final = 0.8
 MOST_UNASKED: Final = {"m/s": 0.010, "rad/s": 0.3 * np.pi / 180}
@@ -247,7 +248,7 @@ def go_no_go(
 
 
 def _pushed_s(dive: Dive, mode: Mode) -> float:
-    """Time for which the commanded force was another than that of the controller, with the feed-forward of `mode`."""
+    """Time for which the commanded force differed from the controller's, with the feed-forward of `mode`."""
     if dive.tau_cmd is None or dive.tau_pid is None or dive.tau_ff is None or dive.nu_ref is None:
         return 0.0
     if len(dive.tau_cmd) < 2:
@@ -269,7 +270,7 @@ def _pushed_s(dive: Dive, mode: Mode) -> float:
 
 
 def _held(force: Array, least: int) -> Mask:
-    """Where a force (n, k) lies in a stretch of at least so many samples over which it stays the same."""
+    """Whether each force (n, k) lies in a stretch of at least so many samples over which it stays the same."""
     held = np.zeros(force.shape, bool)
     if len(force) < least:
         return held

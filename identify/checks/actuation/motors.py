@@ -1,10 +1,10 @@
 """Which motors are reversed, or which two are swapped, by the recorded motion against the thrust.
 
-Each wiring that differs from the given one by reversed motors, by one swapped pair, or by both faults in one pair, is
-tried: the velocities and the rate of turn should go with the thrust that it gives, behind the vehicle's lag, and their
-changes with its sign. It is named where they follow it clearly better than the given wiring, in all degrees of freedom
-that follow either; two faults at once, where they do so clearly better than with one. The speed alone gives no sign: a
-controller that brakes against a sea pushes against it.
+Each wiring with reversed motors, one swapped pair, or both faults in one pair is tried. With the right wiring the
+velocities and rates of turn correlate with its thrust, behind the vehicle's lag, and their changes have its sign. A
+wiring is named if the motion follows it clearly better than the given wiring, in all degrees of freedom that follow
+either; two faults only if they do clearly better than one. Speed alone has no sign to go by: a controller that brakes
+against a sea pushes against the motion.
 """
 
 from collections.abc import Iterator, Sequence
@@ -51,11 +51,11 @@ MOST_OF_ANY = 8
 class Miswired:
     """A wiring that the motion follows better than the vehicle file's: thrusters reversed, two swapped, or both.
 
-    reversed, swapped: their numbers in the vehicle file, from 1; where both are given, two are swapped first, and
-    those that then bear the numbers of `reversed` are turned round. follows: mean correlation of the motion with the
-    thrust of this wiring, over the degrees of freedom that follow it or the one before and that it changes; followed:
-    with that of the one before, which is the vehicle file's, or that with one of two faults mended. mirrors: the degree
-    of freedom whose thrust this wiring turns round while it leaves that of all others as it is, if there is one.
+    reversed, swapped: thruster numbers in the vehicle file, from 1. If both are given, the pair is swapped first, and
+    `reversed` counts in the new order. follows: mean correlation of the motion with the thrust of this wiring;
+    followed: the same with the wiring before (the vehicle file's, or one with the first of two faults mended); both
+    over the degrees of freedom whose thrust differs and that follow either. mirrors: the degree of freedom whose
+    thrust this wiring reverses, if it changes no other; None otherwise.
     """
 
     reversed: tuple[int, ...]
@@ -109,7 +109,7 @@ class _Related:
     std: float
 
     def correlations(self, effects: Array) -> Array:
-        """With the thrusts' effects by each of w wirings (w, k); 0 for a wiring by which they have none."""
+        """With the effect of the thrusts by each of w wirings (w, k); 0 for a wiring without an effect."""
         variance = np.einsum("wi,ij,wj->w", effects, self.among, effects)
         some = variance > 0
         std = self.std * np.sqrt(np.where(some, variance, 1.0))
@@ -183,10 +183,10 @@ def miswired(dive: Dive, file: VehicleFile, configuration_name: str) -> Miswired
 def _best_wiring(
     driven: Sequence[_Driven], given: Array, before: Array, faults: Sequence[_Faults]
 ) -> Miswired | None:
-    """Of the wirings that differ from the given one by some faults, that which the motion follows clearly better than
-    the one before; None for none, or for several that are as good and share no reversed motor.
+    """The wiring, among those with some faults, that the motion follows clearly better than the wiring before; None
+    if there is none, or if several are equally good and share no reversed motor.
 
-    given, before: allocation matrices (6, k), the vehicle file's and that with the faults found before mended.
+    given, before: allocation matrices (6, k), the vehicle file's, and the same with the faults found so far mended.
     """
     if not faults:
         return None

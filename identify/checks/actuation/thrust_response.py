@@ -47,7 +47,7 @@ def mounted_otherwise(
 ) -> tuple[str, ...]:
     """Warnings that precede any verdict on a dive with such a mounting; empty if motion follows thrust.
 
-    wiring: sentences on the thrusters, which explain such a motion.
+    wiring: sentences on miswired thrusters, which explain such a motion.
     """
     hints = wiring or mounting_hints(dofs, pairs)
     if not hints:

@@ -21,7 +21,7 @@ def unread_doubts(built: Axes) -> tuple[Doubt, ...]:
 
 
 def _unread_turning(built: Axes) -> tuple[Doubt, ...]:
-    """A warning about those of surge, sway and heave on which an unread rate of turn acts."""
+    """A warning about surge, sway or heave if an unread rate of turn acts on it."""
     nu = built.motion.nu
     never = [dof for dof in range(3, 6) if not nu[:, dof].any()]
     # Turning about one axis with speed along a second pushes along the third.

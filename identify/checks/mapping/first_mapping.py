@@ -185,7 +185,7 @@ def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
 
 
 def _unit_words(otherwise: str, factor: float | None) -> str:
-    """What a factor says of the unit of a depth; `otherwise` where it is of none that has a name."""
+    """The unit of a depth by its factor; `otherwise` if no known unit has that factor."""
     for ratio, unit in LENGTHS.items():
         if factor and unit and math.isclose(1 / factor, ratio):
             return f"it is in {unit}"

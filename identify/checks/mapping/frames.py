@@ -31,7 +31,8 @@ SPEED_CLEAR = 0.9
 """Correlation from which a velocity's size is judged by an acceleration: with more noise, it seems half too large."""
 
 LEAST_GONE_M, FITS, MISSES = 0.02, 0.15, 0.35
-"""Usual way of a window that tells axes, and parts of it by which right axes may miss it and wrong ones do."""
+"""Least distance travelled in a window that can judge axes; shares of it within which right axes agree, and beyond
+which wrong ones disagree."""
 
 EAST_FIRST, UP = (1, 0, 2), (1.0, 1.0, -1.0)
 """Order and factors that make north, east, down of columns of east, north, up."""
@@ -123,7 +124,7 @@ NAMES = "X", "Y", "Z", "K", "M", "N"
 
 
 def wrench_mends(dive: Dive) -> tuple[Mend, ...]:
-    """A wrench in axes forward, left, up: against the motion where that turns round, and nowhere else."""
+    """Mends a wrench in axes forward, left, up: it opposes the motion in exactly the axes whose sign differs."""
     wrench = readings(dive.tau_cmd)
     if wrench is None:
         return ()

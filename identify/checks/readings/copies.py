@@ -45,7 +45,7 @@ def without_copies(dive: Dive) -> Dive:
 
 
 def come_equally_often(first: NDArray[np.intp], count: int) -> bool:
-    """Whether most of `count` samples that say the same come in runs of one length, or of one more, beyond 1; `first`:
+    """Whether most of `count` repeated samples come in runs of one length above 1, or of one more; `first`:
     where each run begins. The rate of readings need not divide that at which they are sent.
     """
     lengths = np.diff(first, append=count)
@@ -57,7 +57,7 @@ def come_equally_often(first: NDArray[np.intp], count: int) -> bool:
 
 
 def _copies(signal: Signal) -> NDArray[np.bool_]:
-    """Which samples (n,) say the same as the one before, and come much sooner than readings do."""
+    """Samples (n,) that repeat the one before and come much sooner than readings do."""
     if len(signal) < 2:
         return np.zeros(len(signal), np.bool_)
     steps_s = np.diff(signal.time_s)

@@ -70,7 +70,7 @@ class Runs:
         return tuple(zip(self.start_s[chosen].tolist(), self.end_s[chosen].tolist(), strict=True))
 
     def repeats(self, chosen: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """The samples of the chosen runs (k,), of which at least one is, after the first of each run."""
+        """The samples of the chosen runs (k,), at least one of them, after the first of each run."""
         edges = zip(self.first[chosen], self.last[chosen], strict=True)
         return np.concatenate([np.arange(first + 1, last + 1) for first, last in edges])
 

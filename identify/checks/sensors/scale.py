@@ -51,7 +51,7 @@ class Scale:
 
 
 def scale_of(seen: Array, said: Array, columns: Array) -> Scale | None:
-    """Scale of what one sensor saw (n,) over what another said (n,), both changes over windows.
+    """Scale of one sensor's changes over windows, `seen` (n,), relative to another's, `said` (n,).
 
     The columns (n, k) are first projected out of both: known motions that the two sensors don't share.
 

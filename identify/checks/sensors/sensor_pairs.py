@@ -18,10 +18,10 @@ from identify.ingest.rotation import attitude_at, euler_angles, to_body, to_body
 WINDOW_S, EDGE_S = 0.5, 0.25
 FEWEST_WINDOWS = 12
 CLEAR, UNCLEAR = 0.7, 0.4
-"""Correlations from which two signals move alike, and below which they don't."""
+"""Correlations above which two signals agree, and below which they disagree."""
 
 NEAR_UNIT, NEARER_UNIT = 1.25, 1.1
-"""Factors within which a ratio is that of two units: of a few that lie far apart, and of many."""
+"""Factors within which a ratio counts as that of two units: of a few that lie far apart, and of many."""
 
 RISE_S = 2.0
 """Length of a window in which a vehicle that holds its depth rises by more than a depth sensor's noise."""

@@ -27,8 +27,8 @@ from identify.threads import both
 Progress = Callable[[float, str], None]
 
 NEAR_SIGMA, NEAR_SHARE = 5.0, 0.5
-"""Standard errors of a gain that is not by chance, and share of the required nats, from either of which the filters are
-fitted with a cause whose gain is too small."""
+"""A cause whose gain is too small is still tried in the filters if the gain exceeds so many standard errors, or this
+share of the required nats."""
 
 FAR_LIKELIER, FAR_MORE = 3.0, 5.0
 """Times the required nats by which the filters must rise with it; or, if they rise by the required nats, times those
@@ -187,7 +187,7 @@ def _lasting(nominal: Nominal, weighing: Weighing, fit: Fitted) -> float:
 
 
 def _nats_uncertain(better: Fitted, fit: Fitted) -> float:
-    """Nats by which the filters may be less likely with better causes, for no other reason than where a climb ends.
+    """Nats by which the filters may be less likely with better causes only because a climb ended early.
 
     A steady push makes them no likelier: the filters are fitted with trims, so that the disturbance takes none of it.
     """

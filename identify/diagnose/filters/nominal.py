@@ -53,7 +53,7 @@ NEARLY = 0.05
 PASSES = 2
 
 NOWHERE, NEVER_SIGMA = 1e15, 1e6
-"""A reading that is beyond a gate of so many standard deviations, which every real one passes."""
+"""A reading beyond a gate of so many standard deviations, which every real reading passes."""
 
 SEA_S, SEA_SPREAD = 1.5, 0.1
 """Correlation time of a sea's disturbance, s, and the prior spread of its logarithm."""

@@ -46,8 +46,8 @@ DRAWS, TOGETHER = 128, 16
 together."""
 
 LEAST_SHOWN = 0.2
-"""Least spread of a stretch's score, relative to that of all. Where a push shows less, next to no score would be much,
-and a stretch tells of no burst."""
+"""Least spread of a stretch's score, relative to that of all. Where a push shows less, any small score would seem
+large, and a stretch shows no burst."""
 
 MOST_HIDDEN = 1.0
 """Most force that slow samples of the commands hide in a stretch that tells of a burst, as power by its mean over the
@@ -109,8 +109,8 @@ class _Stretches:
         return _StretchScores(value / size, np.where(shown, 1.0 / (spread * size), 0.0), scores.rate, shown)
 
     def _turned(self, at_s: Array) -> Callable[[float], Callable[[Array], Array]]:
-        """What sums scores (n, k) at times (n,) by stretch, (m, dims, k), once it is told the rate at which to turn
-        them."""
+        """Return a function of a rate of turn that gives the function to sum scores (n, k) at times (n,) by stretch,
+        (m, dims, k)."""
         index, within = self.at(at_s)
         weight = _weight(within)
 

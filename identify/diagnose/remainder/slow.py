@@ -22,8 +22,8 @@ from identify.estimators.likelihood.priors import SECOND_POLE
 from identify.estimators.likelihood.scoring import climb
 
 SLOWER, FORGOTTEN = 1.5, 4.0
-"""Correlation time, in those of the other axes, that a sea may have in one axis, and the lag at which it is
-forgotten."""
+"""Longest correlation time of a sea in one axis, relative to the other axes, and the lag, in correlation times, at
+which it is forgotten."""
 
 LEAST_CORRELATION, LEAST_SIGMA = 0.3, 4.0
 """Correlation at that lag that no sea has left, and the same in its standard errors."""

@@ -80,7 +80,7 @@ def parameter(name: str) -> str:
 
 
 def shown_parameters(finding: Finding) -> dict[str, Value]:
-    """A cause's parameters by what to call them, without the thruster's number, which is in its name.
+    """A cause's parameters by their printed names, without the thruster's number, which is in the cause's name.
 
     Those of a change since an effect was accepted are by how much, and called so.
     """

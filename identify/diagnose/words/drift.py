@@ -42,8 +42,8 @@ def axis_words(axis: AxisShrink) -> str:
 
 
 def of_dive(gap: Gap) -> tuple[AxisShrink, ...]:
-    """The drift of the whole dive by fitted degree of freedom, with the causes and without; both alike where the causes
-    were not simulated."""
+    """The drift of the whole dive by fitted degree of freedom, without and with the causes; equal if the causes were
+    not simulated."""
     before = _at_horizon(gap.drifts)
     if before is None or not len(before.off):
         return ()

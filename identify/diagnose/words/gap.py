@@ -114,7 +114,7 @@ def _most(share: float) -> str:
 
 
 def drifts_elsewhere(gap: Gap) -> str:
-    """The degree of freedom that drifts furthest if it is another than that of the largest missing force, else "";
+    """The degree of freedom that drifts furthest, "" if it is that of the largest missing force;
     never for drift within noise."""
     by_force, by_drift = shares_by_dof(gap.where), shares_by_dof(gap.drifted)
     if not by_force or not by_drift or gap.before <= 1.0 + CHANCE:

@@ -133,7 +133,7 @@ def levels(power: Array) -> Array:
 
 
 def told_apart(events: Events, level: Array) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
-    """Steps (n,) that are told apart by a level (n,) of each, as entries of new different ones (k,): of each of these
+    """Steps (n,) split by their level (n,), as entries of the different steps (k,) that result: of each of these
     the entry of `different_s` before, and its level."""
     stepped = events.step >= 0
     kinds = np.column_stack([events.step[stepped], level[stepped]])

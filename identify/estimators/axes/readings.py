@@ -192,8 +192,8 @@ LEAST_COSINE = 0.1
 """Smallest cosine of pitch used: closer to vertical, heading does not show how a vehicle turns."""
 
 TILTED, OFTEN = 0.5, 5
-"""Cosine of the tilt below which a vehicle lies on its side, and the number of such readings that makes it one that
-tumbles."""
+"""Cosine of the tilt below which a vehicle lies on its side, and the number of such readings from which it counts as
+tumbling."""
 
 
 def tumbles(dive: Dive) -> bool:

@@ -34,8 +34,8 @@ FASTEST_S = 0.01
 """Least r of a disturbance, s: no recording shows a faster second pole."""
 
 SLOWEST_S = 0.75
-"""Largest r, s: that of a sea of equal poles and 3 s. A slower smooth force is none of a sea's, and would be taken up
-with a larger one."""
+"""Largest r, s: that of a sea of equal poles and 3 s. A slower smooth force is not a sea's, and the fit would replace
+it by a larger one."""
 
 RUNAWAY = 1e3
 """m/s or rad/s that no vehicle reaches."""

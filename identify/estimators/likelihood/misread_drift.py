@@ -3,7 +3,7 @@
 A hull that drifts is turned by the difference of two masses times the product of two velocities (Munk 1924). The
 velocity of an autopilot's own filter is off by a centimetre a second for about a second, and at a metre a second that
 makes a moment many times that of the sea. Without it, the seconds in which a hull went fast and pitched outweighed all
-others, and whatever cause came near their error was found.
+others, and a cause was found that came near their error.
 """
 
 from dataclasses import replace
@@ -50,7 +50,7 @@ def with_misread_drift(joint: JointLikelihood, theta: Array, motion: Motion) -> 
 
 
 def _misread(axis: Axis, square: Array, sea: float) -> Axis:
-    """An axis whose steps are told apart by the mean square (n,) of such a moment over each, by that of the sea."""
+    """The axis with its steps grouped by the ratio of this moment's mean square (n,) to the sea's."""
     step, of, level = told_apart(axis, levels(square / sea))
     misread = np.where(level > levels(np.array(QUIETEST)), np.sqrt(sea * LOUDNESS**level), 0.0)
     return replace(

@@ -18,7 +18,8 @@ LARGEST_SHARE = 0.02
 """Largest share of an axis's readings that may be a sensor's spikes; if there are more, the model is to blame."""
 
 RECOVERED, BURST = 5, 3
-"""Readings as expected after which a wild one is judged by itself; wild ones in a row that may be a single spike's."""
+"""Number of normal readings after which a wild reading starts a new group; longest run of wild readings that can be a
+single spike."""
 
 Filtered = tuple[Array, Array]
 """Innovations and their variances, (n,) each, NaN where there is no reading."""

@@ -32,8 +32,7 @@ class Peak:
 
 
 def peak_of(time_s: Array, white: Array) -> Peak:
-    """The clearest peak of innovations (m,) over their standard deviations, at times (m,) about evenly apart but for
-    pauses, in which there are none."""
+    """The clearest spectral peak of normalised innovations (m,) at times (m,), evenly spaced except for pauses."""
     if len(white) < FEWEST:
         return Peak(0.0, SHORTEST_S)
     white = _with_pauses(time_s, white - np.mean(white))

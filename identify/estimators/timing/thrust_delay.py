@@ -117,7 +117,7 @@ def with_delay(
 
 
 def coarse_delay_s(forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array) -> float:
-    """The delay of DELAYS_S from which the likelihood, maximised over all else at each delay, falls."""
+    """The delay of DELAYS_S after which the likelihood, maximised over all else at each delay, falls."""
     profile = _profile(forces, built, joint, theta)
     undelayed = log_posterior(profile.at(0.0), theta)
     if profile.top(DELAYS_S[1], COARSELY, undelayed) < undelayed:
@@ -145,7 +145,7 @@ def coarse_delay_of_all_s(forces: WrenchHistory, built: Axes, joint: JointLikeli
 def likeliest_delay(
     forces: WrenchHistory, built: Axes, joint: JointLikelihood, theta: Array, near_s: float
 ) -> tuple[float, float]:
-    """The likeliest delay beyond that of the forces, s, near a coarse one, and the log posterior there.
+    """The likeliest delay in s, beyond the delay that the forces include, near a coarse one, and its log posterior.
 
     Raises LinAlgError if the equations have no solution.
     """

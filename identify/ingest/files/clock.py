@@ -16,7 +16,7 @@ LATE_S: Final = 600.0
 """No row comes later than this behind its neighbours: one from before midnight is told from a pause of half a day."""
 FEWEST_SECONDS: Final = 3
 MOST_WRONG: Final = 0.05
-"""Share of stamps that are no time of day, up to which they are damage, and beyond which the clock is another."""
+"""Up to this share, stamps that are no time of day count as damage; beyond it the clock is of another kind."""
 NEARLY, MOST, ABOUT = 0.15, 0.8, 5
 """Seconds hold about as many rows each if MOST of them are within NEARLY of the usual number, which is the median of
 ABOUT seconds, or off by one row."""
@@ -58,7 +58,7 @@ def _since_midnight_s(word: str) -> float:
 
 def of_day_s(stamps: Array) -> Array:
     """Time (n,) in s of stamps (n,) that write hours, minutes and seconds as one number, 202459 for 20:24:59; NaN for
-    one that is no such time.
+    any other number.
 
     Past midnight it runs on. Raises ValueError with the first stamp that is no such time if more than MOST_WRONG are.
     """

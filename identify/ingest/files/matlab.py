@@ -82,7 +82,7 @@ def _without_objects(tree: Tree, path: Path) -> Streams:
 
 
 def _from_matlab(path: Path) -> tuple[Tree, bool]:
-    """The variables, and whether there are objects, which are none of them."""
+    """The variables, and whether the file has objects too, which are not read."""
     io = library("scipy.io", "ground", path)
     try:
         with path.open("rb") as file, warnings.catch_warnings():
@@ -106,7 +106,7 @@ def _from_hdf5(path: Path) -> tuple[Tree, bool]:
         }
 
     def branch(item: Any, depth: int) -> Any:
-        """A struct or an array; None for words, and what MATLAB keeps by reference."""
+        """A struct or an array; None for text and for references."""
         if isinstance(item, h5py.Group):
             return tree(item, depth + 1) if depth < DEEPEST else None
         if not isinstance(item, h5py.Dataset) or item.attrs.get("MATLAB_class", b"") == b"char":
@@ -197,7 +197,7 @@ def _table(name: str, frame: Any) -> Stream:
 
 
 def _series(name: str, properties: Mapping[str, Any]) -> Stream | None:
-    """A timeseries by its properties; None for another object, or for one without samples."""
+    """A timeseries by its properties; None for any other object, or without samples."""
     data = _first(properties, HELD_AS[DATA])
     if data is None:
         return None

@@ -39,8 +39,8 @@ class Stream:
 class Streams:
     """The content of a foreign file, and notes on what was left out.
 
-    empty: of tables, by a column's full name, (n,), the rows that have no cell there. Such a row has no sample, while
-    one with a NaN has a sample whose value is unknown. lines (n,): of a table of text, the number of each row's line in
+    empty: of tables, by a column's full name, (n,), the rows without a cell there. Such a row has no sample; a row with
+    a NaN has a sample of unknown value. lines (n,): of a table of text, the number of each row's line in
     the file, from 1.
     """
 

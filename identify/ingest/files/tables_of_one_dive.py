@@ -16,7 +16,7 @@ from identify.ingest.files.text_table import TABLES, column_names, read_table
 from identify.ingest.mapping.names import time_unit
 
 MOST_SHARED: Final = 0.5
-"""Share of the columns of the smaller of two tables from which on they are of one kind."""
+"""Two tables are of one kind if they share so many of the smaller one's columns."""
 NUMBERED: Final = re.compile(r"[-_. ]*\d[-_.\dTZ]*$")
 """The number or the date of a recording, at the end of a table's name."""
 
@@ -62,7 +62,7 @@ def read_tables(files: Sequence[Path]) -> Streams:
 
 
 def topic_names(files: Iterable[Path]) -> list[str]:
-    """Names of the topics in these tables, `dvl` of `dvl_20260110.csv`; the whole names where others would be alike."""
+    """Names of the topics in these tables, `dvl` of `dvl_20260110.csv`; the whole names if two would be equal."""
     whole = [_stem(file) for file in files]
     short = [NUMBERED.sub("", name) for name in whole]
     return short if all(short) and len({*short}) == len(short) else whole

@@ -37,8 +37,8 @@ HEAD_BYTES: Final = 4096
 NAMES_BYTES: Final = 1 << 16
 """Of a table of which the names alone are asked."""
 MOST_ZEROS: Final = 0.01
-"""A larger share of zero bytes in the first HEAD_BYTES says that a file is no text. Fewer are what a serial line
-garbles, and later ones what a loss of power leaves."""
+"""A file with a larger share of zero bytes in its first HEAD_BYTES is not text. Fewer come from a garbled serial line;
+later ones from a loss of power."""
 DECIMAL_COMMA: Final = re.compile(r"\s*[+-]?\d*,\d+([eE][+-]?\d+)?\s*")
 BEGINS_WITH_DATE: Final = re.compile(r"\s*\d{4}([-/])\d\d\1\d\d([T ]|\s*$)")
 UNIT_BEHIND: Final = re.compile(r"(\S+?)\s*([^\W\d_]\S*|[°º%]\S*)")

@@ -12,8 +12,8 @@ from identify.ingest.mapping.units import UNITS
 NOTHING = "-"
 UNKNOWN = (None, "?")
 WHOLE = ("quaternion", "euler", "tau_cmd")
-"""Signals of which no column can be unknown: an attitude is one turn, and an unknown force could be any. Nor can one of
-an autopilot's velocity, which is turned to when it was true, or of one in earth axes."""
+"""Signals that need all their columns: an attitude is one rotation, and an unknown force could have any value. So does
+an autopilot's velocity, which is moved back in time and rotated, and any velocity in earth axes."""
 WIDTHS = {
     "velocity": 3, "gyro": 3, "fog": 1, "specific_force": 3, "quaternion": 4, "euler": 3, "pressure": 1,
     "depth": 1, "altitude": 1, "voltage": 1, "tau_cmd": 6, "armed": 1,
@@ -80,7 +80,7 @@ class Columns:
 
     @property
     def named(self) -> tuple[str | None, ...]:
-        """The columns, None for one that is unknown."""
+        """The columns, None for an unknown one."""
         return tuple(None if name in UNKNOWN else name for name in self.columns)
 
 

@@ -393,7 +393,7 @@ def _with_unit(choice: Choice, unit: str) -> Choice:
 
 
 def _likelier(by_unit: dict[str, Match | None]) -> str:
-    """The unit in which attitude and gyro turn alike; empty if that is unclear."""
+    """The unit in which attitude and gyro agree; empty if that is unclear."""
     known = {unit: match for unit, match in by_unit.items() if match is not None}
     if len(known) < 2:
         return ""

@@ -1,4 +1,4 @@
-"""The time column of a log: by its name where one rises, or else by what it holds."""
+"""Finds the time column of a log: a rising column with a name of time, otherwise one whose values rise evenly."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -19,7 +19,7 @@ LEAST_RISING = 0.95
 """Least share of steps of a time that do not fall."""
 
 FEWEST_EQUAL, EQUAL_WITHIN = 20, 0.01
-"""Least number of equal steps by which a column without a time's name is one, and the share within which they are."""
+"""A column without a name of time is taken as time if it has so many steps that are equal to this share."""
 
 TIME_FIRST = ("field_header_stamp", "header_stamp", "stamp", "timestamp", "time", "t")
 """Names of a time, the most telling first: `rostopic echo -p` writes when it got a message as `time`, and what is in

@@ -35,7 +35,7 @@ WORDS: Final = {
 WHOLE_ONLY: Final = ("armed", "gnss", "pressure")
 """Signals taken only if nothing of them was heard; their holes are not filled."""
 OTHERWISE: Final = {"depth": "pressure", "pressure": "depth"}
-"""Signals that are not taken where what was heard tells the same in another way."""
+"""Signals that are not taken if the recording has the same quantity in another form."""
 
 
 def logs_beside(folder: Path) -> list[Path]:

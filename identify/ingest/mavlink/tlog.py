@@ -176,7 +176,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
 
 
 def _firmware(messages: Messages) -> Firmware | None:
-    """The firmware of the vehicle's autopilot, None for one that is not supported, or none."""
+    """The firmware of the vehicle's autopilot; None without an autopilot, or for an unsupported one."""
     return next(
         (each for each in table.FIRMWARES if messages.get("HEARTBEAT", autopilot=each.autopilot)), None
     )
@@ -199,7 +199,7 @@ def _most_driven(runs: tuple[Messages, ...]) -> tuple[Messages, tuple[str, ...]]
 
 
 def _shared(run: Messages) -> Note:
-    """A note on two vehicles under one address, whose clocks look like restarts of one."""
+    """A note on two vehicles with one address: each jump between their clocks looks like a restart."""
     return Note(
         f"Two vehicles speak as system {run.system}, component {run.primary}: their messages are mixed in this "
         "recording, and tell of neither. Give one another id (system_id in its vehicle file), and dive again.",
