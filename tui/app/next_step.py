@@ -7,30 +7,6 @@ from typing import Final
 from bridge.vehicle.mode import ACTING, BY_WORD, Mode
 
 
-class Task(Enum):
-    """The step to take."""
-
-    LOST = auto()
-    VEHICLE = auto()
-    CONNECT = auto()
-    RECORD = auto()
-    DIVE = auto()
-    DIVE_MORE = auto()
-    IDENTIFY = auto()
-    UPLOAD = auto()
-    TO_SHADOW = auto()
-    FLY_SHADOW = auto()
-    VALIDATE = auto()
-    LOOK = auto()
-    TO_BOTH = auto()
-    LOWER = auto()
-    FLY = auto()
-    DIAGNOSE = auto()
-    BRING_HOME = auto()
-    WAIT = auto()
-    END = auto()
-
-
 class Flight(Enum):
     """State of the flight of a plan; WORKED_ON: it is over, and identified and uploaded."""
 
@@ -121,9 +97,8 @@ class Situation:
 
 @dataclass(frozen=True)
 class Next:
-    """The task, the ids of the actions that do it, one after the other, and its words."""
+    """The ids of the actions that do it, one after the other, and its words."""
 
-    task: Task
     actions: tuple[str, ...]
     words: str
 
@@ -131,33 +106,26 @@ class Next:
 ACTING_WORDS: Final = tuple(mode.word for mode in ACTING)
 AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
 LOST = Next(
-    Task.LOST,
-    ("ff.off",),
-    "lost while armed: mend the link, or fetch the vehicle; the key sends OFF until acknowledged",
+    ("ff.off",), "lost while armed: mend the link, or fetch the vehicle; the key sends OFF until acknowledged"
 )
-VEHICLE = Next(Task.VEHICLE, ("vehicle.name",), "say which vehicle this is")
-CONNECT = Next(Task.CONNECT, ("link.connect",), "connect the vehicle")
-RECORD = Next(Task.RECORD, ("recording.begin",), "record a dive")
-SWITCH_ON = Next(Task.DIVE, (), "switch the vehicle on, and dive surge, sway and yaw")
+VEHICLE = Next(("vehicle.name",), "say which vehicle this is")
+CONNECT = Next(("link.connect",), "connect the vehicle")
+RECORD = Next(("recording.begin",), "record a dive")
+SWITCH_ON = Next((), "switch the vehicle on, and dive surge, sway and yaw")
 OF_FLIGHT: Final = {
-    Flight.BEING_PLANNED: Next(Task.WAIT, ("screen.fly",), "a flight is being planned: wait for it"),
-    Flight.UNDER_WAY: Next(Task.WAIT, ("flight.end",), "the vehicle flies by itself: this key ends it"),
-    Flight.WORKED_ON: Next(
-        Task.WAIT, ("screen.fly",), "the flight is over, and being worked on: wait for it"
-    ),
+    Flight.BEING_PLANNED: Next(("screen.fly",), "a flight is being planned: wait for it"),
+    Flight.UNDER_WAY: Next(("flight.end",), "the vehicle flies by itself: this key ends it"),
+    Flight.WORKED_ON: Next(("screen.fly",), "the flight is over, and being worked on: wait for it"),
 }
-FLY_PLAN = Next(Task.DIVE, ("screen.fly", "fly.fly"), "read the plan and its limits, then let it fly")
+FLY_PLAN = Next(("screen.fly", "fly.fly"), "read the plan and its limits, then let it fly")
 CALIBRATE = Next(
-    Task.DIVE,
     ("screen.fly", "fly.plan"),
     "let it fly by itself what calibrates it; or dive surge, sway and yaw by hand, then begin the next dive",
 )
-DIVE = Next(Task.DIVE, ("recording.next",), "once surge, sway and yaw are dived: begin the next dive")
-END = Next(Task.END, ("recording.next",), "the dive is over: begin the next, and work on this one")
-IDENTIFY = Next(Task.IDENTIFY, ("screen.dives", "dives.identify"), "identify {dive}")
-UPLOAD = Next(
-    Task.UPLOAD, ("screen.parameters", "parameters.upload"), "compare and upload what was identified"
-)
+DIVE = Next(("recording.next",), "once surge, sway and yaw are dived: begin the next dive")
+END = Next(("recording.next",), "the dive is over: begin the next, and work on this one")
+IDENTIFY = Next(("screen.dives", "dives.identify"), "identify {dive}")
+UPLOAD = Next(("screen.parameters", "parameters.upload"), "compare and upload what was identified")
 HALFWAY = replace(UPLOAD, words="the last upload was cut short: compare, and upload or roll back")
 TAKEN_BACK = replace(UPLOAD, words="rolled back: dive anew and identify, or compare and upload it again")
 DIVE_ANEW = replace(DIVE, words="rolled back: once surge, sway and yaw are dived anew: begin the next dive")
@@ -165,61 +133,47 @@ ACCEPT = replace(UPLOAD, words="compare and upload the cause that was diagnosed"
 CHANGED = replace(
     UPLOAD, words="what was accepted has changed: compare and upload its new value, or roll back"
 )
-TO_SHADOW = Next(Task.TO_SHADOW, ("ff.raise",), "set the feed-forward to shadow, where it only computes")
+TO_SHADOW = Next(("ff.raise",), "set the feed-forward to shadow, where it only computes")
 TO_HEAR = Next(
-    Task.TO_SHADOW,
-    ("screen.watch",),
-    "uploaded: switch the vehicle on; the mode of its feed-forward tells what is next",
+    ("screen.watch",), "uploaded: switch the vehicle on; the mode of its feed-forward tells what is next"
 )
-MODE_TELLS = Next(
-    Task.TO_SHADOW, ("screen.watch",), "uploaded: the mode of its feed-forward, once told, says what is next"
-)
+MODE_TELLS = Next(("screen.watch",), "uploaded: the mode of its feed-forward, once told, says what is next")
 TO_HEAR_AND_RAISE = Next(
-    Task.TO_BOTH,
-    ("ff.raise",),
-    "GO in shadow: switch the vehicle on; this key then raises the feed-forward to both",
+    ("ff.raise",), "GO in shadow: switch the vehicle on; this key then raises the feed-forward to both"
 )
-FLY_SHADOW = Next(
-    Task.FLY_SHADOW, ("recording.next",), "once it has flown a minute in shadow: begin the next dive"
-)
-VALIDATE = Next(Task.VALIDATE, ("screen.validate", "validate.start"), "validate {dive}")
-LOOK = Next(Task.LOOK, ("screen.validate",), "{dive} is a NO-GO: read why, then diagnose it")
-TO_BOTH = Next(Task.TO_BOTH, ("ff.raise",), "GO in shadow: raise the feed-forward to both")
-LOWER = Next(Task.LOWER, ("ff.lower",), "{dive} is a NO-GO: lower the feed-forward to shadow")
+FLY_SHADOW = Next(("recording.next",), "once it has flown a minute in shadow: begin the next dive")
+VALIDATE = Next(("screen.validate", "validate.start"), "validate {dive}")
+LOOK = Next(("screen.validate",), "{dive} is a NO-GO: read why, then diagnose it")
+TO_BOTH = Next(("ff.raise",), "GO in shadow: raise the feed-forward to both")
+LOWER = Next(("ff.lower",), "{dive} is a NO-GO: lower the feed-forward to shadow")
 LOWER_AND_DIVE = replace(LOWER, words=f"{LOWER.words}, then dive the same again")
 LOWER_NOW = replace(LOWER, words="the vehicle departs from its model: lower the feed-forward to shadow")
 BRING_HOME = Next(
-    Task.BRING_HOME,
     ("recording.next",),
     "the vehicle departs from its model: bring it home, begin the next dive, and ask of this one what causes it",
 )
-SEE_TO = Next(Task.BRING_HOME, ("screen.watch",), "see to the ALARM above first")
-FLY = Next(Task.FLY, ("recording.next",), "once it has flown with the feed-forward: begin the next dive")
+SEE_TO = Next(("screen.watch",), "see to the ALARM above first")
+FLY = Next(("recording.next",), "once it has flown with the feed-forward: begin the next dive")
 FLY_UNKNOWN = replace(
     FLY,
     words="it flies with a model that is not known here; once it has flown with the feed-forward: begin the next dive",
 )
-DIAGNOSE = Next(
-    Task.DIAGNOSE, ("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing"
-)
+DIAGNOSE = Next(("screen.diagnose", "diagnose.start"), "flown and compared: ask what is still missing")
 MENDS = replace(DIAGNOSE, words="{dive} is a NO-GO: ask what causes it")
 MENDS_BOTH = replace(DIAGNOSE, words="{dive} was flown after a NO-GO: ask what causes it")
 FLY_ON = replace(FLY, words="once it has flown on: begin the next dive")
-SILENT = Next(Task.CONNECT, ("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
-LOOK_CLOSER = Next(
-    Task.LOOK, ("screen.diagnose",), "{dive} is diagnosed: read its last section, what to dive next"
-)
+SILENT = Next(("screen.watch",), "the vehicle is not heard: switch it on, or mend the link")
+LOOK_CLOSER = Next(("screen.diagnose",), "{dive} is diagnosed: read its last section, what to dive next")
 DIVE_AGAIN = replace(
-    LOOK_CLOSER,
-    words="the check dive shows no such effect: dive the same again, then ask once more, of both",
+    LOOK_CLOSER, words="the check dive shows no such effect: dive the same again, then ask once more, of both"
 )
-READS = Next(Task.WAIT, ("screen.dives",), "{dive} is being read: wait to see whether it flew")
-ASKED = Next(Task.WAIT, (), "answer what is asked; escape leaves it")
+READS = Next(("screen.dives",), "{dive} is being read: wait to see whether it flew")
+ASKED = Next((), "answer what is asked; escape leaves it")
 """While a question is open, every key goes to its answer."""
-WRITES = Next(Task.WAIT, (), "the vehicle is being written to: wait for its answer")
+WRITES = Next((), "the vehicle is being written to: wait for its answer")
 OF_OTHERS: Final = {
-    Task.VALIDATE: ("screen.dives", "dives.newest", "dives.validate"),
-    Task.DIAGNOSE: ("screen.dives", "dives.newest", "dives.diagnose"),
+    VALIDATE.actions: ("screen.dives", "dives.newest", "dives.validate"),
+    DIAGNOSE.actions: ("screen.dives", "dives.newest", "dives.diagnose"),
 }
 """Where the screens show another dive, the actions that begin with the dive meant."""
 
@@ -232,11 +186,9 @@ def next_of(now: Situation) -> Next:
     if now.flight in OF_FLIGHT:
         return OF_FLIGHT[now.flight]
     if now.working:
-        return Next(Task.WAIT, (f"screen.{now.working}",), f"{now.working} is at work: wait for it")
+        return Next((f"screen.{now.working}",), f"{now.working} is at work: wait for it")
     if now.then:
-        return Next(
-            Task.WAIT, ("screen.dives",), f"the dives are being read; {now.then} begins by itself then"
-        )
+        return Next(("screen.dives",), f"the dives are being read; {now.then} begins by itself then")
     if now.over and now.recording:
         return END
     if now.departs and now.recording:
@@ -379,15 +331,13 @@ def _read_closer(now: Situation) -> Next:
 def _to_vehicle(now: Situation, then: Next) -> Next:
     """`then`, once the vehicle is there and recorded."""
     if now.contested:
-        return Next(
-            then.task, ("screen.watch",), f"two vehicles share an address: part them; then: {then.words}"
-        )
+        return Next(("screen.watch",), f"two vehicles share an address: part them; then: {then.words}")
     if now.heard or (then is RECORD and now.linked):
         return _to_recording(now, then)
     if not now.linked and not now.recording:
         return CONNECT if then is RECORD else replace(CONNECT, words=f"{CONNECT.words}; then: {then.words}")
     if now.recording:
-        return replace(SILENT, task=then.task, words=f"{SILENT.words}; then: {then.words}")
+        return replace(SILENT, words=f"{SILENT.words}; then: {then.words}")
     return _to_recording(now, then)
 
 
@@ -395,7 +345,7 @@ def _to_recording(now: Situation, then: Next) -> Next:
     """`then`, once it is recorded."""
     if now.recording or then is RECORD:
         return then
-    return Next(Task.RECORD, RECORD.actions, f"begin a recording; then: {then.words}")
+    return Next(RECORD.actions, f"begin a recording; then: {then.words}")
 
 
 def _dive_more(now: Situation) -> Next:
@@ -404,13 +354,11 @@ def _dive_more(now: Situation) -> Next:
     if now.flies and now.heard and now.recording:
         if now.flight is Flight.PLANNED:
             return FLY_PLAN
-        return Next(
-            Task.DIVE_MORE, ("screen.fly", "fly.plan"), f"{words}let it fly {axes} by itself, or dive by hand"
-        )
+        return Next(("screen.fly", "fly.plan"), f"{words}let it fly {axes} by itself, or dive by hand")
     actions = ("recording.next",) if now.recording else ("recording.begin",)
-    return Next(Task.DIVE_MORE, actions, f"{words}dive {axes} there and back at two speeds")
+    return Next(actions, f"{words}dive {axes} there and back at two speeds")
 
 
 def _with_dive(step: Next, now: Situation) -> Next:
-    actions = step.actions if now.shown else OF_OTHERS.get(step.task, step.actions)
-    return Next(step.task, actions, step.words.format(dive=now.dive))
+    actions = step.actions if now.shown else OF_OTHERS.get(step.actions, step.actions)
+    return Next(actions, step.words.format(dive=now.dive))
