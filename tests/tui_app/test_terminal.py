@@ -81,7 +81,7 @@ def test_a_disk_that_takes_nothing_is_no_reason_to_stop(state):
 
 
 def test_sunlight_has_no_tint():
-    for foreground, background, _ in themes.SUNLIGHT.values():
+    for foreground, background, _ in themes.looks_of("sunlight").values():
         for colour in filter(None, (foreground, background)):
             assert len({colour[n : n + 2] for n in (1, 3, 5)}) == 1
 

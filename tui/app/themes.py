@@ -19,59 +19,32 @@ from tui.app.jobs import json_in
 Look = tuple[str, str, str]
 """Foreground, background ("" for the screen's own), text style."""
 
-DARK: Final[dict[Role, Look]] = {
-    "plain": ("#c3ccd4", "", "none"),
-    "quiet": ("#8391a0", "", "none"),
-    "strong": ("#f2f5f7", "", "bold"),
-    "accent": ("#4fc3d9", "", "none"),
-    "reference": ("#e58fd0", "", "none"),
-    "rule": ("#3a4653", "", "none"),
-    "stale": ("#66727f", "", "italic"),
-    "faded": ("#66727f", "", "none"),
-    "warn": ("#e8b44f", "", "none"),
-    "bad": ("#ff6b73", "", "bold"),
-    "lost": ("#10151b", "#c3ccd4", "bold"),
-    "armed": ("#000000", "#ffb000", "bold"),
-    "failsafe": ("#ffffff", "#c81e2d", "bold"),
-    "tab": ("#4fc3d9", "", "bold underline"),
-    "key": ("#4fc3d9", "", "bold"),
-}
-LIGHT: Final[dict[Role, Look]] = {
-    "plain": ("#26303a", "", "none"),
-    "quiet": ("#5c6975", "", "none"),
-    "strong": ("#000000", "", "bold"),
-    "accent": ("#006a83", "", "none"),
-    "reference": ("#a0257f", "", "none"),
-    "rule": ("#c3cbd2", "", "none"),
-    "stale": ("#8a959f", "", "italic"),
-    "faded": ("#8a959f", "", "none"),
-    "warn": ("#875400", "", "bold"),
-    "bad": ("#b4001e", "", "bold"),
-    "lost": ("#ffffff", "#26303a", "bold"),
-    "armed": ("#000000", "#ffb000", "bold"),
-    "failsafe": ("#ffffff", "#c00020", "bold"),
-    "tab": ("#006a83", "", "bold underline"),
-    "key": ("#006a83", "", "bold"),
-}
-_INK, _PAPER = "#000000", "#ffffff"
-SUNLIGHT: Final[dict[Role, Look]] = {
-    "plain": (_INK, "", "none"),
-    "quiet": (_INK, "", "none"),
-    "strong": (_INK, "", "bold"),
-    "accent": (_INK, "", "bold"),
-    "reference": (_INK, "", "none"),
-    "rule": ("#8c8c8c", "", "none"),
-    "stale": (_INK, "", "underline"),
-    "faded": ("#8c8c8c", "", "none"),
-    "warn": (_INK, "", "bold underline"),
-    "bad": (_PAPER, _INK, "bold"),
-    "lost": (_PAPER, _INK, "bold"),
-    "armed": (_PAPER, _INK, "bold"),
-    "failsafe": (_PAPER, _INK, "bold underline"),
-    "tab": (_PAPER, _INK, "bold"),
-    "key": (_INK, "", "bold"),
-}
 ORDER: Final = ("dark", "light", "sunlight")
+
+_INK, _PAPER = "#000000", "#ffffff"
+LOOKS: Final[dict[Role, tuple[Look, Look, Look]]] = {
+    "plain": (("#c3ccd4", "", "none"), ("#26303a", "", "none"), (_INK, "", "none")),
+    "quiet": (("#8391a0", "", "none"), ("#5c6975", "", "none"), (_INK, "", "none")),
+    "strong": (("#f2f5f7", "", "bold"), ("#000000", "", "bold"), (_INK, "", "bold")),
+    "accent": (("#4fc3d9", "", "none"), ("#006a83", "", "none"), (_INK, "", "bold")),
+    "reference": (("#e58fd0", "", "none"), ("#a0257f", "", "none"), (_INK, "", "none")),
+    "rule": (("#3a4653", "", "none"), ("#c3cbd2", "", "none"), ("#8c8c8c", "", "none")),
+    "stale": (("#66727f", "", "italic"), ("#8a959f", "", "italic"), (_INK, "", "underline")),
+    "faded": (("#66727f", "", "none"), ("#8a959f", "", "none"), ("#8c8c8c", "", "none")),
+    "warn": (("#e8b44f", "", "none"), ("#875400", "", "bold"), (_INK, "", "bold underline")),
+    "bad": (("#ff6b73", "", "bold"), ("#b4001e", "", "bold"), (_PAPER, _INK, "bold")),
+    "lost": (("#10151b", "#c3ccd4", "bold"), ("#ffffff", "#26303a", "bold"), (_PAPER, _INK, "bold")),
+    "armed": (("#000000", "#ffb000", "bold"), ("#000000", "#ffb000", "bold"), (_PAPER, _INK, "bold")),
+    "failsafe": (
+        ("#ffffff", "#c81e2d", "bold"),
+        ("#ffffff", "#c00020", "bold"),
+        (_PAPER, _INK, "bold underline"),
+    ),
+    "tab": (("#4fc3d9", "", "bold underline"), ("#006a83", "", "bold underline"), (_PAPER, _INK, "bold")),
+    "key": (("#4fc3d9", "", "bold"), ("#006a83", "", "bold"), (_INK, "", "bold")),
+}
+"""By role, the look in each theme of ORDER."""
+
 WITHOUT_COLOUR: Final[dict[Role, str]] = {
     "rule": "dim",
     "stale": "dim",
@@ -85,7 +58,6 @@ WITHOUT_COLOUR: Final[dict[Role, str]] = {
     "key": "bold",
 }
 """Text styles under NO_COLOR, when no colour is sent at all."""
-_LOOKS: Final = {"dark": DARK, "light": LIGHT, "sunlight": SUNLIGHT}
 _BACKGROUNDS: Final = {"dark": "#10151b", "light": "#f6f8f9", "sunlight": _PAPER}
 
 ROLE_CLASSES: Final = frozenset(f"line--{role}" for role in ROLES)
@@ -94,8 +66,12 @@ since Textual recomputes them all whenever a class of a screen changes.
 """
 
 
+def looks_of(name: str) -> dict[Role, Look]:
+    return {role: looks[ORDER.index(name)] for role, looks in LOOKS.items()}
+
+
 def theme(name: str) -> Theme:
-    looks, background = _LOOKS[name], _BACKGROUNDS[name]
+    looks, background = looks_of(name), _BACKGROUNDS[name]
     accent, plain, quiet = looks["accent"][0], looks["plain"][0], looks["quiet"][0]
     return Theme(
         name,
@@ -141,7 +117,7 @@ def _variables(looks: dict[Role, Look], background: str) -> dict[str, str]:
 
 def variables(name: str) -> dict[str, str]:
     """The variables of `look.tcss` in a theme."""
-    return _variables(_LOOKS[name], _BACKGROUNDS[name])
+    return _variables(looks_of(name), _BACKGROUNDS[name])
 
 
 def component_css() -> str:
