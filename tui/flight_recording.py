@@ -7,8 +7,6 @@ flight's own, and afterwards in another.
 import os
 import shutil
 import signal
-import threading
-import time
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
@@ -70,11 +68,7 @@ class RecordedHere:
         self, crew: Crew, recorder: Recorder, folder: DiveFolder, tell: Callable[[str], None]
     ) -> None:
         self.crew, self._recorder, self._folder, self._tell = crew, recorder, folder, tell
-        self._begun, self._over = False, threading.Event()
-        self._syncer = threading.Thread(
-            target=recorder.sync_until, args=(self._over,), name="recorder-sync", daemon=True
-        )
-        self._syncer.start()
+        self._begun, self._end_sync = False, recorder.begin_sync()
 
     def begin(self) -> DiveFolder:
         """The folder of the flight that begins now."""
@@ -84,8 +78,7 @@ class RecordedHere:
     def end(self, words: str) -> None:
         """End the recording; `words` say how the flight went. Without a flight nothing of it is kept: it would be a
         dive that can't be read."""
-        self._over.set()
-        self._syncer.join()
+        self._end_sync()
         self._recorder.close()
         if self._begun and self._recorder.kept.frames:
             try:
@@ -108,7 +101,7 @@ class RecordedThere:
 
     def begin(self) -> DiveFolder:
         """The folder of the flight that begins now: the recording goes on in it. Raises LinkError, LogError."""
-        _, present = orders.next_dive(self.crew.clock, time.sleep)
+        _, present = orders.next_dive(self.crew.clock)
         folder = self._folder = DiveFolder(present)
         of_vehicle = ("vehicle_file", "vehicle_sha256", "configuration")
         flown = {name: getattr(self._about, name) for name in of_vehicle}
@@ -126,7 +119,7 @@ class RecordedThere:
         note = partial(
             self._folder.add_event, unix_s if holding is None else holding.own_unix_s(unix_s), words
         )
-        for act in (note, partial(orders.next_dive, clock, time.sleep, soon=True)):
+        for act in (note, partial(orders.next_dive, clock, soon=True)):
             try:
                 act()
             except SeatrialError as error:

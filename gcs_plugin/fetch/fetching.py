@@ -50,7 +50,8 @@ class Fetching:
     """Fetch the segments that `choose` picks from the vehicle's list into `mirror`.
 
     Send the packets of `tick` and pass every packet received to `on_packet`, until `done`. `fault` says why the fetch
-    failed; "" means no failure. `heard_s` is the time of its last progress.
+    failed; "" means no failure. `heard_s` is the time of its last progress, `held_bytes` how many bytes of the
+    chosen segments are in the mirror.
     """
 
     def __init__(self, mirror: Mirror, choose: Callable[[Listing], Listing], now_s: float) -> None:
@@ -63,16 +64,11 @@ class Fetching:
         self._requests = Requests(now_s)
         self._now_s = now_s
         self._segment = self._newest = Segment(0, 0, 0, 0)
-        self._size = self._session = self._kept = self._asked = self._held = 0
+        self._size = self._session = self._kept = self._asked = self.held_bytes = 0
         self._doubted: list[Stretch] | None = None
         self._pieces: dict[int, bytes] = {}
         self._steps = self._fetch()
         next(self._steps)
-
-    @property
-    def held_bytes(self) -> int:
-        """How many bytes of the chosen segments are in the mirror."""
-        return self._held
 
     @property
     def total_bytes(self) -> int:
@@ -105,9 +101,9 @@ class Fetching:
         self.chosen = self._choose(listing)
         if listing:
             self._newest = listing[-1][0]
-        self._held = sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
+        self.held_bytes = sum(min(self._mirror.size(segment.name), size) for segment, size in self.chosen)
         # The missing bytes, plus the size of all segments for the recording that is made from them.
-        self._mirror.require_space(2 * self.total_bytes - self._held)
+        self._mirror.require_space(2 * self.total_bytes - self.held_bytes)
         for segment, size in self.chosen:
             self._segment, self._size = segment, size
             try:
@@ -180,7 +176,7 @@ class Fetching:
                     self._mirror.finish(name)
                 return
             if was_whole:
-                self._held -= min(self._mirror.size(name), self._size)
+                self.held_bytes -= min(self._mirror.size(name), self._size)
                 self._mirror.set_aside(name)
             else:
                 self._drop()
@@ -236,7 +232,7 @@ class Fetching:
 
     def _drop(self) -> None:
         """Discard the bytes here of a segment: they are not the vehicle's."""
-        self._held -= min(self._mirror.size(self._segment.name), self._size)
+        self.held_bytes -= min(self._mirror.size(self._segment.name), self._size)
         self._mirror.drop(self._segment.name)
         self._kept = self._asked = 0
         self._doubted = []
@@ -283,7 +279,7 @@ class Fetching:
         if ready:
             self._mirror.append(self._segment.name, b"".join(ready))
             self.fetched += at - self._kept
-            self._held += at - self._kept
+            self.held_bytes += at - self._kept
             self._kept = at
             self._nearer()
 

@@ -5,7 +5,6 @@ The recording holds all traffic on MAVProxy's links, in both directions, in a di
 """
 
 import threading
-import time
 from collections.abc import Callable
 from math import isfinite
 from pathlib import Path
@@ -50,11 +49,7 @@ class Recording:
         self._recorder = Recorder(
             [recorded], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
         )
-        self._stop = threading.Event()
-        self._syncer = threading.Thread(
-            target=self._recorder.sync_until, args=(self._stop,), name="seatrial-sync", daemon=True
-        )
-        self._syncer.start()
+        self._end_sync = self._recorder.begin_sync()
 
     @property
     def finished(self) -> Path | None:
@@ -82,8 +77,7 @@ class Recording:
         self.dives.go_on(self._recorder, self._begun)
 
     def close(self) -> None:
-        self._stop.set()
-        self._syncer.join()
+        self._end_sync()
         self._recorder.close()
         self._over(self.dives.end(self._recorder.count))
 
@@ -244,7 +238,7 @@ class Recordings:
     def _ask_for_next(self) -> None:
         """Ask the other process, which may take seconds; the next `tick` says its answer."""
         try:
-            self._answers.put(orders.became(*orders.next_dive(self._clock, time.sleep)))
+            self._answers.put(orders.became(*orders.next_dive(self._clock)))
         except SeatrialError as error:
             self._answers.put(f"seatrial: {error}")
 

@@ -14,15 +14,15 @@ from typing import Final
 import numpy as np
 
 from bridge.arrays import Array
-from gcs_plugin.monitor.losses import Loss
+from gcs_plugin.monitor.losses import MOST_LOST, Loss
 from gcs_plugin.monitor.model import Model
 from gcs_plugin.monitor.predictor import CORRELATED_S, DRAGGED, Drift, names_of
 
 LEAST_SHARE: Final = 0.1
 """A cause less probable than that is not named."""
 
-LEAST_LOST, MOST_LOST = 0.03, 1.3
-"""Share of a thruster's thrust: less is nothing, and more than all of it is another cause."""
+LEAST_LOST: Final = 0.03
+"""Share of a thruster's thrust: less is nothing."""
 
 OF_AXES: Final = ("forward", "sideways", "vertical", "", "", "turning")
 

@@ -5,6 +5,7 @@ A file is used, not a signal, since Windows has no signal that a process could h
 
 import contextlib
 import os
+import time
 from collections.abc import Callable
 from enum import Enum
 from pathlib import Path
@@ -28,7 +29,9 @@ class Order(Enum):
     END = "end"
 
 
-def next_dive(clock: Clock, wait: Callable[[float], None], *, soon: bool = False) -> tuple[Path, Path]:
+def next_dive(
+    clock: Clock, wait: Callable[[float], None] = time.sleep, *, soon: bool = False
+) -> tuple[Path, Path]:
     """Order the running recording to go on in a new dive folder; return the old folder and the new.
 
     `soon`: a dive that has only just begun is waited for. Raises LinkError if no recording runs, if it hangs, has ended
@@ -46,7 +49,7 @@ def next_dive(clock: Clock, wait: Callable[[float], None], *, soon: bool = False
     return Path(holding.folder), Path(now.folder)
 
 
-def end(clock: Clock, wait: Callable[[float], None]) -> Path:
+def end(clock: Clock, wait: Callable[[float], None] = time.sleep) -> Path:
     """End the running recording; return the folder of its dive.
 
     Raises LinkError if no recording runs, if it hangs or goes on; LogError if the order can't be written.

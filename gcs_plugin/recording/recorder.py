@@ -204,8 +204,7 @@ class Recorder:
 
     def run(self, stop: threading.Event) -> None:
         """Record until `stop` is set, then close; another thread syncs the disk twice a second."""
-        syncer = threading.Thread(target=self.sync_until, args=(stop,), name="recorder-sync", daemon=True)
-        syncer.start()
+        end_sync = self.begin_sync(stop)
         try:
             while not stop.is_set():
                 idle = not any(link.is_there for link in self._links)
@@ -213,9 +212,20 @@ class Recorder:
                 if idle:
                     stop.wait(self._wait_s)
         finally:
-            stop.set()
-            syncer.join()
+            end_sync()
             self.close()
+
+    def begin_sync(self, stop: threading.Event | None = None) -> Callable[[], None]:
+        """Begin to sync the disk in a thread of its own; the function returned ends that, and sets `stop`."""
+        ended = stop or threading.Event()
+        thread = threading.Thread(target=self.sync_until, args=(ended,), name="recorder-sync", daemon=True)
+        thread.start()
+
+        def end() -> None:
+            ended.set()
+            thread.join()
+
+        return end
 
     def sync_until(self, stop: threading.Event) -> None:
         """Sync the disk twice a second until `stop` is set; in another thread than `step`."""

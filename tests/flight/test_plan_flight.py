@@ -324,7 +324,7 @@ def test_a_flight_that_is_recorded_here_is_put_on_the_disk_while_it_lasts(tmp_pa
     recording = RecordedHere(water.crew, water.recorder, water.folder, water.words.append)
     assert synced.wait(30.0)
     recording.end("flight: not begun")
-    assert not recording._syncer.is_alive()
+    assert "recorder-sync" not in {thread.name for thread in threading.enumerate()}
 
 
 class Passing(Wrapper):
@@ -581,7 +581,7 @@ class OfRecording(Link):
     def close(self):
         self.asked = []
 
-    def go_on(self, clock, _wait, **_soon):
+    def go_on(self, clock, **_soon):
         self.folders.append(new_folder(self.root, clock.unix_s(), "dive"))
         self.recorder.go_on(self.folders[-1].open_telemetry, lambda _: None)
         self.read(0.0)

@@ -1,6 +1,5 @@
 """The app's connection to a vehicle: through the running recording, as other programs, or by a link of its own."""
 
-import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
@@ -139,13 +138,13 @@ class Connection:
         Raises LinkError, too where another recording takes the order than is shown.
         """
         self._refuse_another()
-        finished, _ = orders.next_dive(self._clock, time.sleep)
+        finished, _ = orders.next_dive(self._clock)
         return finished
 
     def end(self) -> Path:
         """End the recording; return the folder of its dive. Raises as `next_dive`."""
         self._refuse_another()
-        return orders.end(self._clock, time.sleep)
+        return orders.end(self._clock)
 
     def _refuse_another(self) -> None:
         shown = links.holder_of(self._looked_at) if self._looked_at else None

@@ -45,7 +45,7 @@ def begin_again(arguments: Sequence[str]) -> None:
         return
     if holding := hung(clock.unix_s()):
         raise LinkError(f"the recorder hangs and keeps the link: {how_to_end(holding.pid)}")
-    begin(arguments, clock, time.sleep)
+    begin(arguments, clock)
 
 
 def record_command(arguments: Sequence[str]) -> list[str]:
@@ -56,7 +56,7 @@ def record_command(arguments: Sequence[str]) -> list[str]:
 def begin(
     arguments: Sequence[str],
     clock: Clock,
-    wait: Callable[[float], None],
+    wait: Callable[[float], None] = time.sleep,
     find: Callable[[float], Holding | None] = held,
 ) -> Holding:
     """Start `seatrial record` in a session of its own, and return once it reports.

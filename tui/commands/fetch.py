@@ -1,7 +1,6 @@
 """`seatrial fetch`: fetch the part of a dive that the vehicle stored and the ground did not receive."""
 
 import argparse
-import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -125,7 +124,7 @@ def dive_of(arguments: argparse.Namespace, clock: Clock) -> DiveFolder:
             raise UsageError(f"{arguments.out}: holds no dive to make whole; name one, or give --new")
         path = made[-1]
     if recorded is not None and path.resolve() == recorded.resolve():
-        finished, following = orders.next_dive(clock, time.sleep)
+        finished, following = orders.next_dive(clock)
         show.say(show.words(), f"{finished} is over; the recording goes on in {following}")
     return load_folder(path)
 

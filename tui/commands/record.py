@@ -53,9 +53,9 @@ def order(arguments: argparse.Namespace, clock: Clock) -> int:
     finished: Path
     present: Path | None = None
     if arguments.next:
-        finished, present = orders.next_dive(clock, time.sleep)
+        finished, present = orders.next_dive(clock)
     else:
-        finished = orders.end(clock, time.sleep)
+        finished = orders.end(clock)
     console = show.results(arguments.json)
     show.say(console, orders.became(finished, present))
     outcome = {"finished": str(finished), "folder": str(present) if present else None}

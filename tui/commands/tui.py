@@ -5,7 +5,6 @@ import asyncio
 import contextlib
 import os
 import sys
-import time
 from pathlib import Path
 
 from bridge import clock as clocks
@@ -59,7 +58,7 @@ def _serve(arguments: argparse.Namespace) -> int:
     secured.Opener(arguments.sign_key, clocks.SystemClock(), secured.on_words)
     if _begins(arguments):
         named = (arguments.link, arguments.out, arguments.vehicle or "", arguments.sign_key or "")
-        recorder.begin(recorder.options(*named), clocks.SystemClock(), time.sleep)
+        recorder.begin(recorder.options(*named), clocks.SystemClock())
     elif links.holding_now() is None:
         raise exit_codes.UsageError(
             "no link is named and no recording runs; give --link SPEC, or start `seatrial record`"
