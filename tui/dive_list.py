@@ -46,6 +46,20 @@ class Glance:
     unheard_s: float = 0.0
     unheard: str = ""
 
+    @property
+    def untold(self) -> str:
+        """That the recording has nothing to identify, or that this is not known, and why; "" for neither."""
+        subject = (
+            "what it could identify is not known" if self.relative_std is None else "nothing to identify"
+        )
+        return f"{subject}: {self.why_not}" if self.why_not else ""
+
+    @property
+    def oddities(self) -> tuple[str, ...]:
+        """What is odd about the recording, in sentences."""
+        stray = f"{self.stray}." if self.stray else ""
+        return tuple(filter(None, (stray, self.restarts, self.lacking, self.unheard)))
+
 
 @dataclass(frozen=True)
 class DiveRow:
@@ -67,6 +81,12 @@ class DiveRow:
     conditions: str = ""
     damaged: str = ""
     underway: str = ""
+
+    @property
+    def noted(self) -> tuple[str, ...]:
+        """What the crew noted, a line each."""
+        notes = (f"noted: {' '.join(self.notes.split())}",) if self.notes else ()
+        return (*notes, *(f"noted at {' '.join(event.split())}" for event in self.events))
 
 
 def dive_folders(root: Path) -> list[Path]:

@@ -72,18 +72,10 @@ def said_of(row: DiveRow) -> Iterator[str]:
         yield f"can't be read: {glance.error}"
     if row.damaged:
         yield row.damaged
-    if glance.why_not:
-        known = glance.relative_std is not None
-        yield f"{'nothing to identify' if known else 'what it could identify is not known'}: {glance.why_not}"
-    if glance.stray:
-        yield f"{glance.stray}."
-    yield from filter(None, (glance.restarts, glance.lacking, glance.unheard, *row.learnt))
+    yield from filter(None, (glance.untold, *glance.oddities, *row.learnt))
     if row.conditions:
         yield f"conditions: {row.conditions}"
-    if row.notes:
-        yield f"noted: {' '.join(row.notes.split())}"
-    for event in row.events:
-        yield f"noted at {' '.join(event.split())}"
+    yield from row.noted
 
 
 def to_json(row: DiveRow) -> dict[str, Any]:

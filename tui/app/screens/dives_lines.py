@@ -188,30 +188,18 @@ def details(dive: DiveRow, recorded: bool, cells: int, key: str = "") -> Lines:
     elif not dive.underway:
         lines += _axes(dive, cells)
     lines += stacked((dive.damaged,), "bad", cells, hanging)
-    if dive.glance.why_not:
-        unknown = (
-            "what it could identify is not known"
-            if dive.glance.relative_std is None
-            else "nothing to identify"
-        )
-        lines += hanging(f"{unknown}: {dive.glance.why_not}", "warn", cells)
+    lines += stacked((dive.glance.untold,), "warn", cells, hanging)
     if dive.glance.loss > LOSSY:
         lines += hanging(
             f"{number(100 * dive.glance.loss, 1)} % of its frames were lost on the link", "warn", cells
         )
-    stray = f"{dive.glance.stray}." if dive.glance.stray else ""
-    odd = (stray, dive.glance.restarts, dive.glance.lacking, dive.glance.unheard)
-    lines += stacked(odd, "warn", cells, hanging)
+    lines += stacked(dive.glance.oddities, "warn", cells, hanging)
     asks = f" [{key}]" if key else ""
     if dive.conditions:
         lines += hanging(f"conditions: {dive.conditions}{asks}", "plain", cells)
     else:
         lines += hanging(f"conditions: not noted{asks}", "quiet", cells)
-    if dive.notes:
-        lines += hanging(f"noted: {' '.join(dive.notes.split())}", "plain", cells)
-    lines += stacked(
-        (f"noted at {' '.join(event.split())}" for event in dive.events), "plain", cells, hanging
-    )
+    lines += stacked(dive.noted, "plain", cells, hanging)
     return (*lines, *stacked(dive.learnt, "quiet", cells, hanging))
 
 
