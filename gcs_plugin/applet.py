@@ -24,7 +24,7 @@ from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, MODE
 from bridge.wire import ftp
-from gcs_plugin.asking import ANSWER_S, Asking
+from gcs_plugin.asking import ANSWER_S, Asking, command_long
 from gcs_plugin.params.client import ParameterClient
 from gcs_plugin.params.proposal import propose_upload
 from gcs_plugin.params.receipt import Receipt, newest
@@ -111,9 +111,7 @@ class Station(Asking):
 
         interval = dialect.MAV_CMD_SET_MESSAGE_INTERVAL
         time = dialect.MAVLINK_MSG_ID_SYSTEM_TIME
-        ask = dialect.MAVLink_command_long_message(
-            *self._target, interval, 0, float(time), 5e5, 0, 0, 0, 0, 0
-        )
+        ask = command_long(self._target, interval, float(time), 5e5)
         self.until(ready, BOOT_S, ground_heartbeat(), "the autopilot's start")
         self.until(anew, ANSWER_S, ask, "the clock of a new start")
 

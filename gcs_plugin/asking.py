@@ -20,6 +20,12 @@ ANSWER_S: Final = 10.0
 Answer = TypeVar("Answer")
 
 
+def command_long(target: Source, number: int, *parameters: float) -> dialect.MAVLink_command_long_message:
+    """The order of a command to a component; parameters that are left out are 0."""
+    filled = (*parameters, *(0.0,) * (7 - len(parameters)))
+    return dialect.MAVLink_command_long_message(*target, number, 0, *filled)
+
+
 class Asking:
     """The ground's questions to the component `target` on `link`. Every method raises LinkTimeout without an answer."""
 
@@ -53,8 +59,7 @@ class Asking:
 
     def command(self, number: int, *parameters: float, seconds: float = ANSWER_S, awaited: str = "") -> int:
         """Order a command (COMMAND_LONG); return the MAV_RESULT of its acknowledgement."""
-        filled = (*parameters, *(0.0,) * (7 - len(parameters)))
-        order = dialect.MAVLink_command_long_message(*self._target, number, 0, *filled)
+        order = command_long(self._target, number, *parameters)
 
         def answered(message: Any) -> int | None:
             mine = message.get_type() == "COMMAND_ACK" and message.command == number

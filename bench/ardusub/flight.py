@@ -30,6 +30,7 @@ from bridge.vehicle.parameters import COMMIT, vehicle_table
 from bridge.vehicle.references import Reference
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
+from gcs_plugin.asking import command_long
 
 VEHICLE: Final = "bluerov2"
 DEPTH_M: Final = 8.0
@@ -111,8 +112,7 @@ class Pilot:
         self._link.write(self._encoder.encode(message))
 
     def command(self, number: int, *parameters: float) -> None:
-        filled = (*parameters, *(0.0,) * (7 - len(parameters)))
-        self.send(dialect.MAVLink_command_long_message(1, 1, number, 0, *filled))
+        self.send(command_long((1, AUTOPILOT), number, *parameters))
 
     def _versioned(self, message: Any) -> None:
         if message.get_srcComponent() == AUTOPILOT:

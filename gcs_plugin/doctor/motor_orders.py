@@ -10,7 +10,7 @@ from bridge.clock import Clock
 from bridge.errors import LinkError
 from bridge.links.link import Link
 from bridge.vehicle.thrusters import NEUTRAL_US
-from gcs_plugin.asking import Asking
+from gcs_plugin.asking import Asking, command_long
 from gcs_plugin.peers import Source, ground_heartbeat
 
 REPEAT_S: Final = 0.2
@@ -29,18 +29,15 @@ class MotorTest:
 
     def message(self, system: int, component: int, first: int = 1) -> dialect.MAVLink_command_long_message:
         """Encode the order as COMMAND_LONG: motors count from `first` there, in the order of the vehicle's file."""
-        return dialect.MAVLink_command_long_message(
-            system,
-            component,
+        return command_long(
+            (system, component),
             dialect.MAV_CMD_DO_MOTOR_TEST,
-            0,
             self.thruster + first,
             dialect.MOTOR_TEST_THROTTLE_PWM,
             self.pwm_us,
             self.timeout_s,
             1,
             dialect.MOTOR_TEST_ORDER_BOARD,
-            0,
         )
 
 
@@ -79,9 +76,7 @@ class HeldOrders:
             return []
         self._ask_s = now_s + ASK_EVERY_S
         wanted, every_us = dialect.MAVLINK_MSG_ID_SERVO_OUTPUT_RAW, SERVO_EVERY_US
-        interval = dialect.MAVLink_command_long_message(
-            *self._target, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, 0, wanted, every_us, 0, 0, 0, 0, 0
-        )
+        interval = command_long(self._target, dialect.MAV_CMD_SET_MESSAGE_INTERVAL, wanted, every_us)
         return [ground_heartbeat(), interval]
 
 
@@ -117,5 +112,5 @@ def disarm(link: Link, clock: Clock, target: Source) -> None:
         return in_a_row >= CERTAIN_BEATS or None
 
     number = dialect.MAV_CMD_COMPONENT_ARM_DISARM
-    order = dialect.MAVLink_command_long_message(*target, number, 0, 0, 0, 0, 0, 0, 0, 0)
+    order = command_long(target, number)
     Asking(link, clock, target).until(is_disarmed, ARM_WITHIN_S, order, "a HEARTBEAT that says disarmed")

@@ -20,6 +20,7 @@ from bridge.flight.orders import LEG, LIMITS, ORDER, Order, Seven, checksum, leg
 from bridge.vehicle.legs import Leg
 from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import decode as decode_reading
+from gcs_plugin.asking import command_long
 from gcs_plugin.peers import GROUND_STATION, Source
 
 RESEND_S: Final = 0.25
@@ -154,15 +155,14 @@ class FlightSession:
             return []
         self._sent_s = now_s
         command = self._queue[0]
-        return [dialect.MAVLink_command_long_message(*self.vehicle, command.command, 0, *command.numbers)]
+        return [command_long(self.vehicle, command.command, *command.numbers)]
 
     def _ground_alive(self, now_s: float) -> list[Any]:
         """That this ground is still there, while its flight is under way."""
         if not self._begun or self.over or now_s - self._alive_s < ALIVE_EVERY_S:
             return []
         self._alive_s = now_s
-        numbers = (float(Order.HERE), *(0.0,) * 6)
-        return [dialect.MAVLink_command_long_message(*self.vehicle, ORDER, 0, *numbers)]
+        return [command_long(self.vehicle, ORDER, float(Order.HERE))]
 
     def on_frame(self, frame: Frame, now_s: float) -> None:
         if (frame.system, frame.component) != self.vehicle:
