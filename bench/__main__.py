@@ -4,14 +4,11 @@ Name sections to run those alone; the others stay on the page, those of code tha
 """
 
 import argparse
-from pathlib import Path
 
 from bench.document import Section, compared, read, timed, wall_s, written
 from bench.sections import SECTIONS, Run
-from bench.stamp import afresh
+from bench.stamp import ROOT, afresh
 from bridge.files import write_whole
-
-ROOT = Path(__file__).resolve().parents[1]
 
 
 def main() -> None:

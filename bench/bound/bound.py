@@ -26,6 +26,7 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
 from identify.dive import Signal
+from identify.ingest.rotation import euler_angles
 
 LOG_PRIOR_STD = 3.0
 TRIM_PRIOR_SHARE = 0.1
@@ -85,7 +86,7 @@ def information(mission: Mission) -> Information:
         _values(dive.velocity, 3),
         _values(dive.gyro, 3),
         _values(dive.fog, 1),
-        _angles(_values(dive.attitude, 4)),
+        np.column_stack(euler_angles(_values(dive.attitude, 4))),
         _values(dive.depth, 1),
         every // EVENT_STEPS,
         sensors.dvl_first // EVENT_STEPS,
@@ -128,15 +129,3 @@ def _wrench(mission: Mission) -> Array:
         out[i] = target + (wrench - target) * (share * decay)[:, None]
         wrench = target + (wrench - target) * keep**inner
     return out.reshape(-1, 6)
-
-
-def _angles(attitude: Array) -> Array:
-    """Roll, pitch, yaw (n, 3) of attitudes w x y z (n, 4)."""
-    w, x, y, z = attitude.T
-    return np.column_stack(
-        [
-            np.arctan2(2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-            np.arcsin(np.clip(2 * (w * y - z * x), -1.0, 1.0)),
-            np.arctan2(2 * (x * y + w * z), 1 - 2 * (y * y + z * z)),
-        ]
-    )

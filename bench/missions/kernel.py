@@ -12,13 +12,11 @@ import numpy as np
 from numba import njit
 
 from bridge.arrays import Array
+from identify.challenge.dive import LOWEST_US, NEUTRAL, pulse
+from identify.challenge.equations_of_motion import assign
 
 STATES = 14
 """North, east, down; attitude w x y z; nu (6); the integral of yaw rate."""
-
-LOWEST_US = 1100
-NEUTRAL = 400
-"""Place of 1500 us in a table of thrust by whole microseconds from LOWEST_US on."""
 
 
 class Body(NamedTuple):
@@ -121,24 +119,6 @@ def rates(state: Array, tau: Array, body: Body, out: Array) -> None:
 
 
 @njit(cache=True, error_model="numpy")
-def _assign(out: Array, values: Array) -> None:
-    """Copy values (n,) to `out` (n,): a slice's assignment, with its check of shapes, takes 2 s longer to compile."""
-    for i in range(len(values)):
-        out[i] = values[i]
-
-
-@njit(cache=True, error_model="numpy")
-def _pulse(thrust_n: float, thrust_at: Array) -> int:
-    """The place of the pulse whose thrust is nearest; that of 1500 us if the nearest thrust is zero."""
-    above = int(np.searchsorted(thrust_at, thrust_n))
-    if above >= len(thrust_at):
-        return len(thrust_at) - 1
-    if above > 0 and thrust_n - thrust_at[above - 1] < thrust_at[above] - thrust_n:
-        above -= 1
-    return NEUTRAL if thrust_at[above] == 0.0 else above
-
-
-@njit(cache=True, error_model="numpy")
 def _turn(angle: float) -> float:
     return float(angle - 2 * np.pi * np.round(angle / (2 * np.pi)))
 
@@ -213,11 +193,11 @@ def dive(
                 velocity[2] = row[2] - nu[3] * arm[1] + nu[4] * arm[0]
             said += 1
         if step % clock.tick == 0:
-            _assign(nu[:3], velocity)
+            assign(nu[:3], velocity)
             want = reference[tick]
-            _assign(ticks.state[tick], state)
-            _assign(ticks.disturbance[tick], disturbance)
-            _assign(ticks.nu_fb[tick], nu)
+            assign(ticks.state[tick], state)
+            assign(ticks.disturbance[tick], disturbance)
+            assign(ticks.nu_fb[tick], nu)
             for i in range(6):
                 slope = want[i] - nu[i]
                 if i < 2:
@@ -240,9 +220,9 @@ def dive(
             worst = max(1.0, thrust.max() / body.high_n, thrust.min() / body.low_n)
             saturated = worst > 1.0
             thrust /= worst
-            _assign(ticks.tau_cmd[tick], body.matrix @ thrust)
+            assign(ticks.tau_cmd[tick], body.matrix @ thrust)
             for i in range(len(thrust)):
-                place = _pulse(thrust[i], body.thrust_at)
+                place = pulse(thrust[i], body.thrust_at, NEUTRAL)
                 ticks.pwm[tick, i] = LOWEST_US + place
                 thrust[i] = body.thrust_at[place]
             asked = body.matrix @ thrust
@@ -250,15 +230,15 @@ def dive(
         middle, end = asked + (wrench - asked) * half, asked + (wrench - asked) * full
         between = share * disturbance + kicks[step + 1, 1] + body.trim
         rates(state, wrench + between, body, k1)
-        _assign(trial, state + 0.5 * h * k1)
+        assign(trial, state + 0.5 * h * k1)
         rates(trial, middle + between, body, k2)
-        _assign(trial, state + 0.5 * h * k2)
+        assign(trial, state + 0.5 * h * k2)
         rates(trial, middle + between, body, k3)
-        _assign(trial, state + h * k3)
+        assign(trial, state + h * k3)
         rates(trial, end + between, body, k4)
         state += h / 6 * (k1 + 2 * k2 + 2 * k3 + k4)
         norm = np.sqrt(np.sum(state[3:7] ** 2))
         for i in range(3, 7):
             state[i] /= norm
-        _assign(wrench, end)
-        _assign(disturbance, keep * disturbance + kicks[step + 1, 0])
+        assign(wrench, end)
+        assign(disturbance, keep * disturbance + kicks[step + 1, 0])

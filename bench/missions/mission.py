@@ -20,7 +20,9 @@ from bridge.arrays import Array
 from bridge.vehicle.coefficients import DAMPINGS, MASSES
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.thrusters import allocation_matrix, thrust_curve
+from identify.challenge.dive import LOWEST_US, NEUTRAL
 from identify.dive import Dive, Signal
+from identify.ingest.rotation import quaternions_from_euler
 
 
 @dataclass(frozen=True)
@@ -167,7 +169,7 @@ def _body(vehicle: DrawnVehicle) -> kernel.Body:
         np.ascontiguousarray(np.linalg.pinv(matrix, rcond=1e-6)),
         -shape.thruster_limit_n,
         shape.thruster_limit_n,
-        curve.thrust(kernel.LOWEST_US + np.arange(2 * kernel.NEUTRAL + 1)),
+        curve.thrust(LOWEST_US + np.arange(2 * NEUTRAL + 1)),
         vehicle.file.vehicle.thrust_curve.lag_s,
     )
 
@@ -205,7 +207,7 @@ def _recorded(
         velocity=_signal(readings.dvl, sensors.dvl_first, sensors.dvl_steps),
         gyro=_signal(readings.gyro, 0, sensors.gyro_steps),
         fog=fog,
-        attitude=_signal(quaternions(readings.attitude), 0, sensors.attitude_steps),
+        attitude=_signal(quaternions_from_euler(*readings.attitude.T), 0, sensors.attitude_steps),
         depth=_signal(readings.depth, 0, sensors.depth_steps),
         pwm=Signal(time_s, ticks.pwm),
         tau_pid=Signal(time_s, ticks.tau_pid),
@@ -220,16 +222,3 @@ def _recorded(
 
 def _signal(value: Array, first_steps: float, every_steps: int) -> Signal:
     return Signal(STEP_S * (first_steps + every_steps * np.arange(len(value), dtype=np.float64)), value)
-
-
-def quaternions(angles: Array) -> Array:
-    """Roll, pitch, yaw (n, 3) as attitudes w x y z (n, 4)."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(0.5 * angles).T, np.sin(0.5 * angles).T
-    return np.column_stack(
-        [
-            cr * cp * cy + sr * sp * sy,
-            sr * cp * cy - cr * sp * sy,
-            cr * sp * cy + sr * cp * sy,
-            cr * cp * sy - sr * sp * cy,
-        ]
-    )

@@ -9,10 +9,10 @@ from rich.progress import track
 from bench.mutants.changes import drawn
 from bench.mutants.trials import ENOUGH_S, PATIENCE, START_S, Verdict, checkout
 from bench.remembered import Remembered
+from bench.stamp import ROOT
 from bench.words import blocks, in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
-ROOT = Path(__file__).resolve().parents[2]
 FOLDERS = ("gcs_plugin/params", "bridge/vehicle", "identify/challenge", "identify/diagnose")
 SOURCES = ("bench/mutants", *FOLDERS, "tests")
 """Code that the figures depend on (`bench.stamp`)."""
