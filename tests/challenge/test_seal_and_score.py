@@ -40,14 +40,17 @@ def truth(name, kind, *effects, rpm=True, size=2.0, number=0):
     }
 
 
-def answer(verdict, *names, also=(), dof="surge", probability=0.9, parameters=None, shrink=None):
+def answer(verdict, *names, also=(), dof="surge", probability=0.9, parameters=None, shrink=None, drifts=None):
     effects = [
         {"name": name, "also": list(also), "probability": probability, "parameters": parameters or {}}
         for name in names
     ]
     held = None if shrink is None else {"value": shrink[0]}
     check = None if shrink is None else {"value": shrink[1]}
-    where = [{"dof": dof, "phase": "steady", "share": 0.7}, {"dof": "yaw", "phase": "steady", "share": 0.3}]
+    if drifts is not None:
+        check = {"value": None, "before": drifts[0], "after": drifts[1]}
+    shares = [(dof, "steady", 0.3), (dof, "turning", 0.3), ("yaw", "steady", 0.4)]
+    where = [{"dof": at, "phase": phase, "share": share} for at, phase, share in shares]
     return answer_of(
         {
             "verdict": verdict,
@@ -109,7 +112,8 @@ def test_of_causes_named_for_one_that_hides_only_the_first_counts():
 
 
 def test_a_degree_of_freedom_is_right_where_the_largest_share_of_the_gap_is_told():
-    """Seven tenths are told in surge, and three in yaw."""
+    """Six tenths are told in surge, in two phases, and four in yaw."""
+    assert answer("explained").dofs == {"surge": 0.6, "yaw": 0.4}
     cases = [
         (["surge"], True), (["yaw", "surge"], True), (["yaw"], False), (["heave", "yaw"], False), (["sway"], False)
     ]  # fmt: skip
@@ -134,12 +138,18 @@ def test_a_weak_thruster_counts_only_with_its_number():
     assert hits(result, "one hidden: named first") == (1, 2)
 
 
-@pytest.mark.parametrize(("number", "right"), [(None, 1), (float("inf"), 0)])
-def test_a_thruster_without_a_number_is_any_and_one_that_is_not_finite_is_none(number, right):
+@pytest.mark.parametrize(
+    ("number", "right"), [(None, 1), (float("inf"), 0), (2.5, 0), (2.6, 1), (3.4, 1), (3.5, 0)]
+)
+def test_a_thruster_without_a_number_is_any_and_others_are_those_that_their_numbers_are_nearest_to(
+    number, right
+):
     told = {"thruster": {"value": number, "unit": "1"}}
     hidden = truth("a", "one", "weak_thruster", number=3)
+    told["delay"] = {"value": 0.1, "low95": 0.0, "high95": 0.2}
     result = judged((hidden, answer("explained", "weak_thruster", parameters=told)))
     assert hits(result, "one hidden: named first") == (right, 1)
+    assert hits(result, "magnitudes within their 95 % intervals") == (right, right)
 
 
 def test_both_of_two_need_a_cause_each():
@@ -148,9 +158,18 @@ def test_both_of_two_need_a_cause_each():
         (truth("b", "two", "waves", "tether"), answer("explained", "tether")),
         (truth("c", "two", "waves", "tether"), answer("explained", "tether", also=("waves",))),
         (truth("d", "two", "waves", "tether"), None),
+        (truth("e", "two", "waves", "tether"), answer("explained", "waves", "dead_zone")),
+        (truth("f", "two", "waves", "tether"), answer("explained", "dead_zone", "tether", "waves")),
     )
-    assert hits(result, "two hidden: both") == (1, 4)
+    assert hits(result, "two hidden: both") == (2, 6)
+    assert of(result.numbers, "causes named that do not hide, a case") == 2 / 5
     assert result.unanswered == ("d",)
+
+
+def test_of_two_a_refit_takes_up_the_pair_only_if_it_takes_up_each():
+    for other, both in (("dvl_scale", 0), ("waves", 1)):
+        result = judged((truth("a", "two", "thrust_gain", other), answer("explained", "thrust_gain", other)))
+        assert hits(result, "two hidden: both") == (both, both)
 
 
 def test_pairs_of_which_one_is_too_small_to_show_are_counted_apart_too():
@@ -175,16 +194,24 @@ def test_verdicts_are_counted_where_they_belong():
         (truth("g", "one", "thrust_gain"), answer("no_gap")),
         (truth("h", "one", "thrust_gain"), answer("explained", "dvl_scale")),
         (truth("i", "one", "thrust_gain"), answer("explained", "waves")),
+        (truth("j", "none"), answer("no_gap")),
+        (truth("k", "novel", "knocks", size=0.4), answer("explained", "waves")),
+        (truth("l", "novel", "knocks", size=0.5), answer("no_gap")),
+        (truth("m", "one", "waves"), answer("explained", "waves")),
+        (truth("n", "one", "thrust_gain"), answer("no_gap")),
     )
-    assert hits(result, "false alarms where nothing") == (1, 2)
+    assert hits(result, "false alarms where nothing") == (1, 3)
     assert hits(result, "false alarms where the disturbance") == (0, 1)
-    assert hits(result, "unknown called") == (1, 2)
-    assert hits(result, "known called unknown") == (1, 2)
-    assert hits(result, "known called no gap") == (1, 2)
-    assert hits(result, "taken up by a refit") == (2, 3)
-    assert hits(result, "right degree of freedom") == (2, 4)
-    assert hits(result, "where a gap is told: right degree") == (2, 3)
-    assert hits(result, "one hidden: named first") == (0, 1)
+    assert hits(result, "unknown called unknown") == (1, 4)
+    assert hits(result, "unknown, 0.5 or more over the floor: called unknown") == (1, 3)
+    assert hits(result, "unknown: called no gap") == (1, 4)
+    assert hits(result, "known called unknown") == (1, 3)
+    assert hits(result, "known called no gap") == (1, 3)
+    assert hits(result, "taken up by a refit") == (3, 4)
+    assert hits(result, "right degree of freedom") == (5, 7)
+    assert hits(result, "where a gap is told: right degree") == (4, 5)
+    assert hits(result, "one hidden: named first") == (1, 2)
+    assert hits(result, "without an answer") == (0, 14)
 
 
 def test_an_answer_that_is_missing_is_no_false_alarm_and_is_counted_by_itself():
@@ -199,9 +226,10 @@ def test_sizes_of_the_named_and_the_missed_are_told_by_effect():
         (truth("a", "one", "waves", size=0.4), answer("no_gap")),
         (truth("b", "one", "waves", size=0.7), answer("explained", "waves")),
         (truth("c", "one", "waves", size=3.0), answer("explained", "waves")),
+        (truth("d", "one", "waves", size=0.3), answer("no_gap")),
     )
     (waves,) = result.effects
-    assert (waves.rate, waves.smallest_found, waves.largest_missed) == (Rate(2, 3), 0.7, 0.4)
+    assert (waves.rate, waves.smallest_found, waves.largest_missed) == (Rate(2, 4), 0.7, 0.4)
     assert hits(result, "one hidden, 0.5 or more") == (2, 2)
 
 
@@ -218,6 +246,40 @@ def test_magnitudes_and_shrinks_are_held_beside_the_truth():
     assert (inside.hits, inside.of) == (1, 1)
     assert of(result.numbers, "predicted less measured shrink, mean size") == pytest.approx(0.04)
     assert of(result.numbers, "calibration error of probabilities") == pytest.approx(0.2)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "counted"),
+    [(0.1, 0.2, (1, 1)), (0.0, 0.1, (1, 1)), (0.11, 0.2, (0, 1)), (0.0, None, (0, 0)), (None, 0.2, (0, 0))],
+)
+def test_a_magnitude_is_within_its_interval_at_the_ends_too_and_counts_only_with_both(low, high, counted):
+    delay = {"delay": {"value": 0.12, "low95": low, "high95": high}}
+    result = judged((truth("a", "one", "dvl_delay"), answer("explained", "dvl_delay", parameters=delay)))
+    assert hits(result, "magnitudes within their 95 % intervals") == counted
+    assert of(result.numbers, "magnitude error, median") == pytest.approx(0.2)
+
+
+def test_probabilities_are_held_beside_what_was_right_in_tenths():
+    """In the fifth tenth 0.9 are told and one is right, in the sixth 0.52 and none, in the ninth 0.85 and one, in the
+    last 1.96 and one."""
+    told = [
+        (0.0, False),
+        (0.42, True),
+        (0.48, False),
+        (0.52, False),
+        (0.85, True),
+        (0.96, True),
+        (1.0, False),
+    ]
+    result = judged(
+        *(
+            (truth(name, "one", "waves"), answer("explained", "waves" if right else "tether", probability=p))
+            for name, (p, right) in zip("abcdefg", told, strict=True)
+        )
+    )
+    assert of(result.numbers, "calibration error of probabilities") == pytest.approx(
+        (0.1 + 0.52 + 0.15 + 0.96) / 7
+    )
 
 
 def test_magnitudes_of_pairs_are_counted_apart_from_those_of_single_causes():
@@ -241,11 +303,34 @@ def test_an_error_counts_from_where_the_effect_is_absent_and_by_the_length_of_a_
     assert errors({"north": 0.03, "east": 0.04}, current) == pytest.approx({"north": 0.6, "east": 0.0})
 
 
-def test_the_gap_that_is_closed_is_pooled_over_check_dives():
-    wide, narrow = answer("explained", "waves"), answer("explained", "waves")
-    wide, narrow = replace(wide, before=5.0, after=1.4), replace(narrow, before=1.5, after=1.5)
-    result = judged((truth("a", "one", "waves"), wide), (truth("b", "one", "waves"), narrow))
-    assert of(result.numbers, "share of all gaps on check dives that is closed") == pytest.approx(3.6 / 4.5)
+@pytest.mark.parametrize(
+    ("name", "absent"),
+    [("gain", 1.0), ("scale", 1.0), ("ratio", 1.0), ("time_constant", 0.03), ("delay", 0.0)],
+)
+def test_a_magnitude_s_error_is_told_by_how_far_the_effect_is_from_none(name, absent):
+    for away, counted in ((0.05, {name: pytest.approx(0.4)}), (0.0, {})):
+        told = {name: {"value": absent + away + 0.02}}
+        named = answer("explained", "thruster_lag", parameters=told).named[0]
+        assert errors({name: absent + away}, named) == counted
+
+
+@pytest.mark.parametrize(
+    ("drifts", "closed"),
+    [
+        ([(5.0, 1.4), (1.5, 1.5), (0.8, 0.8), (2.0, None), (None, 2.0)], 3.6 / 4.5),
+        ([(1.5, 1.2)], 0.6),
+        ([(1.0, 0.9)], None),
+    ],
+)
+def test_the_gap_that_is_closed_is_pooled_over_check_dives(drifts, closed):
+    result = judged(
+        *(
+            (truth(f"{n}", "one", "waves"), answer("explained", "waves", drifts=drift))
+            for n, drift in enumerate(drifts)
+        )
+    )
+    share = of(result.numbers, "share of all gaps on check dives that is closed")
+    assert share == (None if closed is None else pytest.approx(closed))
 
 
 def test_a_shrink_is_predicted_well_or_badly_where_there_is_a_gap_to_close():
@@ -276,6 +361,7 @@ def test_what_is_left_out_of_the_library_is_unknown_and_hides_nowhere_else():
 
 
 def test_wilson_bounds_are_those_of_the_book():
+    assert Rate(0, 0).bounds() == (0.0, 1.0)
     low, high = Rate(8, 10).bounds()
     assert (low, high) == pytest.approx((0.4902, 0.9433), abs=1e-4)
     assert Rate(0, 300).bounds()[1] == pytest.approx(0.01264, abs=1e-5)
@@ -295,11 +381,21 @@ def test_what_is_no_answer_is_refused_by_name(tmp_path):
         whole | {"gap": {"where": [{"dof": "surge", "share": 10**400}]}},
         *(
             whole | {"effects": [cause | part]}
-            for part in ({"name": []}, {"also": [{}]}, {"probability": 1e308})
+            for part in ({"name": []}, {"also": [{}]}, {"probability": 1.01}, {"probability": -0.01})
         ),
+        whole | {"verdict": "perhaps"},
     ]
     path.write_text(json.dumps(whole), encoding="utf-8")
     assert read_answer(path).named[0].name == "waves"
+    for data in (b"\xff", None):
+        if data is None:
+            path.unlink()
+            path.mkdir()
+        else:
+            path.write_bytes(data)
+        with pytest.raises(LogError, match=r"case_001\.json: can't be read"):
+            read_answer(path)
+    path.rmdir()
     for text in ("{", "[]", '{"verdict": "perhaps"}', '{"verdict": "no_gap"}', *map(json.dumps, odd)):
         path.write_text(text, encoding="utf-8")
         with pytest.raises(LogError, match=r"case_001\.json: is no answer of diagnose"):
