@@ -59,13 +59,14 @@ def test_all_the_forms_that_others_write_are_read(tmp_path):
     path = tmp_path / "mixed.param"
     path.write_text(
         "\ufeff# a comment\r\nFF0_M_U,24.4\r\nFF0_D_U 42.13  # surge\n\nFF0_I_R\t1.5e1\n"
-        "1\t1\tVISO_POS_Y\t-0.200000002980232239\t9\n"
+        "1\t1\tVISO_POS_Y\t-0.200000002980232239\t9\nA_NAME_OF_16_CHR,-0e5\n"
     )
     assert read_parameters(path) == {
         "FF0_M_U": float32.rounded(24.4),
         "FF0_D_U": float32.rounded(42.13),
         "FF0_I_R": 15.0,
         "VISO_POS_Y": float32.rounded(-0.2),
+        "A_NAME_OF_16_CHR": 0.0,
     }
 
 
@@ -103,6 +104,8 @@ def test_a_file_says_of_which_vehicle_it_was_saved_where_its_form_does(tmp_path)
         ("FF0_D_U,0x10", "'0x10' for a number"),
         ("FF0_D_U,\u0662\u0664", "for a number"),
         ("FF0_D_U", "not a name and a value"),
+        *((line, "not a name and a value") for line in ("A 1 2", "1 1 A 1", "1 1 A 1 9 9")),
+        *((line, "not a name and a value") for line in ("x 1 A 1 9", "1 x A 1 9", "1 1 A 1 x")),
         ("0FF,1", "no parameter name"),
         ("A_NAME_OF_17_CHRS,1", "longer than 16"),
         ("\x1b[31mRED,1", "no parameter name"),

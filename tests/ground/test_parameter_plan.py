@@ -472,6 +472,13 @@ def test_a_gain_that_is_not_set_is_told_as_the_gain_of_1_that_it_is_before_and_a
     assert Line("FF0_T1_GAIN", 0.75, 0.0, 0.0, Outcome.APPLIED, "").cells()[2:4] == ("0.75", "1")
 
 
+@pytest.mark.parametrize("outcome", Outcome)
+def test_a_line_of_a_receipt_tells_that_it_was_read_back_or_why_not(outcome):
+    became = "read back equal" if outcome is Outcome.APPLIED else "a sentence"
+    line = Line("FF1_M_U", 0.0, 24.5, None, outcome, "a sentence")
+    assert line.cells() == ("FF1_M_U", "kg", "not set", "-", became)
+
+
 def test_a_mass_or_damping_of_zero_is_told_as_not_set_and_a_drag_of_zero_as_zero():
     def told(name):
         return Line(name, 0.0, 24.5, 24.5, Outcome.APPLIED, "").cells()[2:4]

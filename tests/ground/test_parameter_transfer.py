@@ -5,7 +5,7 @@ from fakes.parameters_over_a_link import SOURCE, Reached
 from soak import rest_in_soak
 
 from gcs_plugin.params.deadline import RoundTrips, deadline_s, retry_delay_s
-from gcs_plugin.params.listing import Listing
+from gcs_plugin.params.listing import Listing, ReadIndex, ReadList
 from gcs_plugin.params.session import READ_WITHIN_S
 from gcs_plugin.params.transfer import Outcome, ReadValue, SetValue, Transfer, confirm, write
 
@@ -71,6 +71,44 @@ def test_what_the_window_kept_back_until_the_deadline_was_not_sent():
 def test_a_parameter_that_the_vehicle_lacks_is_refused_by_its_error():
     transfer = transfer_to(Reached({"P_00": 0.0}), {"P_99": 1.0})
     assert transfer.results["P_99"].sentence == "P_99 refused: the vehicle has no such parameter"
+
+
+@pytest.mark.parametrize(
+    ("name", "code", "words", "at_once"),
+    [
+        ("A", 1, "the vehicle has no such parameter", True),
+        ("A", 2, "the vehicle holds the value to be out of range", False),
+        ("A", 3, "the vehicle does not permit it; it may take orders from another ground alone", False),
+        ("A", 4, "the vehicle has no such component", True),
+        ("A", 5, "the vehicle says that it is read-only", False),
+        ("A", 6, "the vehicle does not support its type", False),
+        ("A", 7, "the vehicle expects another type", False),
+        ("A", 8, "the vehicle could not read it", False),
+        ("A", 9, "the vehicle answers error 9", False),
+        ("FF_MODE", 2, "the vehicle holds the value to be out of range", False),
+        ("FF_MODE", 3, "the vehicle does not permit it now", False),
+        ("FF_COMMIT", 2, "the vehicle holds another set than was read back from it just now", False),
+        ("FF_COMMIT", 3, "the vehicle does not take it: its disk can't be written", False),
+    ],
+)
+def test_an_error_ends_a_write_at_once_where_there_is_nothing_to_write_to_else_by_a_read_back(
+    name, code, words, at_once
+):
+    transfer = Transfer([write(name, 2.0)], SOURCE, 0.0, PATIENT_S)
+    transfer.on_error(name, code, SOURCE)
+    assert transfer.tick(0.0) == [SetValue(name, 2.0)]
+    transfer.on_error(name, code, (SOURCE[0], SOURCE[1] + 1))
+    transfer.on_error(name, code, SOURCE)
+    assert transfer.done is at_once
+    if not at_once:
+        assert transfer.tick(9.9) == []
+        assert transfer.tick(10.0) == [ReadValue(name)]
+        transfer.on_value(name, 1.0, SOURCE, 10.1)
+    result = transfer.results[name]
+    assert (result.outcome, result.seen) == (Outcome.REFUSED, None if at_once else 1.0)
+    assert result.sentence.startswith(
+        f"{name} refused: {words}" if at_once else f"{name} = 2 refused: {words}"
+    )
 
 
 def test_the_echo_alone_proves_nothing():
@@ -152,6 +190,45 @@ def test_a_list_with_holes_ends_at_the_deadline_and_names_them():
     assert listing.missing == [1]
 
 
+def asked_by(listing, since_s, until_s):
+    """Times, in s to a hundredth, and requests of a listing that is ticked a thousand times a second."""
+    ticks = range(round(1000 * since_s), round(1000 * until_s))
+    return [(round(tick / 1000, 2), send) for tick in ticks for send in listing.tick(tick / 1000)]
+
+
+def test_a_list_that_does_not_come_is_asked_for_again_after_ever_longer_and_anew_after_a_restart():
+    listing = Listing(SOURCE, 5.0, 30.0)
+    assert asked_by(listing, 5.0, 10.0) == [(at_s, ReadList()) for at_s in (5.0, 6.2, 7.65, 9.35)]
+    listing.on_value("A", 1.0, 0, 2, SOURCE, 9.9)
+    listing.on_reboot(10.0)
+    assert listing.values == {}
+    assert asked_by(listing, 10.0, 13.0) == [(at_s, ReadList()) for at_s in (10.7, 11.9)]
+    listing.tick(34.9)
+    assert not listing.done
+    assert listing.tick(35.0) == []
+    assert listing.done
+
+
+def test_what_is_missing_of_a_list_that_has_fallen_silent_is_asked_for_eight_at_once():
+    listing = Listing(SOURCE, 0.0, 30.0)
+    listing.tick(0.0)
+    for index, count, source in ((0, 12, SOURCE), (11, 12, SOURCE), (12, 12, SOURCE), (1, 12, (9, 9))):
+        listing.on_value(f"P_{index}", 1.0, index, count, source, 0.1)
+    asked = asked_by(listing, 0.0, 2.0)
+    assert asked == [(at_s, ReadIndex(index)) for at_s in (0.8, 1.3) for index in range(1, 9)]
+    listing.on_value("P_4", 1.0, 4, 12, SOURCE, 2.0)
+    assert listing.tick(2.0) == [ReadIndex(9)]
+    assert set(listing.values) == {"P_0", "P_4", "P_11"}
+
+
+@pytest.mark.parametrize(("count", "limit_s"), [(1, 30.0), (100, 30.0), (101, 30.1), (1100, 130.0)])
+def test_a_list_beyond_a_hundred_is_given_a_tenth_of_a_second_for_each(count, limit_s):
+    listing = Listing(SOURCE, 5.0, 30.0)
+    assert listing.limit_s == 30.0
+    listing.on_value("A", 1.0, 0, count, SOURCE, 5.0)
+    assert listing.limit_s == pytest.approx(limit_s)
+
+
 def test_an_autopilots_long_list_is_whole_on_a_link_that_loses_a_third_each_way():
     """Thirty seconds, which are enough for a companion's own, left a tenth of it out."""
     vehicle = Reached({f"P_{n:04d}": float(n) for n in range(1332)}, seed=1, **BAD_LINK)
@@ -173,7 +250,7 @@ def test_a_table_that_changes_meanwhile_is_read_anew():
 
 def test_a_delay_grows_by_half_to_a_second_and_a_deadline_with_what_is_asked():
     assert [retry_delay_s(n) for n in (1, 2, 3, 100)] == [0.5, 0.75, 1.0, 1.0]
-    assert deadline_s(40) > deadline_s(1) > 40.0
+    assert [deadline_s(requests) for requests in (1, 8, 9, 40)] == [72.5, 78.5, 82.5, 100.5]
 
 
 @pytest.mark.parametrize(
@@ -204,5 +281,9 @@ def test_an_answer_to_a_question_that_was_repeated_often_tells_nothing_until_all
     assert not trips.known
     trips.on_quiet("A")
     trips.on_sent("A", 20.0)
+    trips.on_sent("A", 20.5)
     trips.on_heard("A", 20.25)
+    assert trips.known
+    trips.on_quiet("A")
+    trips.on_heard("A", 99.0)
     assert trips.quiet_s == 2 * 0.25 * 16
