@@ -149,6 +149,25 @@ def test_there_is_a_plant_for_every_name_that_an_answer_may_give():
                 assert bounds[key].low < truth[key] < bounds[key].high, (name, key, size)
 
 
+SPOILS = {
+    **dict.fromkeys(("dvl_scale", "dvl_bias", "dvl_delay"), (0, 1, 2)),
+    **dict.fromkeys(("dvl_misalignment", "dvl_lever_arm", "imu_gravity_leak", "wrong_feedback_log"), (0, 1)),
+    "depth_scale": (2,),
+    "gyro_bias": (5,),
+}
+NEEDS = {"free_surface": "shallow", "bottom_or_wall": "low"}
+
+
+@pytest.mark.parametrize("name", [*PLANTS, *NOVEL])
+def test_an_effect_is_known_or_not_and_says_what_it_spoils_and_where_it_acts(name):
+    case, which = draw_case(SEED, names=[name]), np.random.default_rng([SEED, 21, 0])
+    (planted,) = case.planted
+    assert case.kind == ("novel" if name in NOVEL else "one")
+    assert (planted.name, planted.spoils, planted.needs) == (name, SPOILS.get(name, ()), NEEDS.get(name, ""))
+    of_one = name in ("weak_thruster", "thruster_misalignment")
+    assert planted.number == (1 + which.integers(8) if of_one else 0)
+
+
 def test_every_gyro_aboard_reads_its_bias_beyond_the_turning():
     case = draw_case(NEAREST_SEED, names=["gyro_bias"], size=1.0, seconds=40.0)
     dive, turned = dive_of(case), case.simulated(0)[1].ticks.state[:, 13]

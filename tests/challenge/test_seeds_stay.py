@@ -14,6 +14,7 @@ import pytest
 from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.novel_effects import NOVEL
 from identify.challenge.planted_effects import PLANTS
+from identify.challenge.scenario import scenario_of
 from identify.dive import Signal
 
 KEPT = Path(__file__).resolve().parents[1] / "data" / "planted_dives.json"
@@ -84,6 +85,19 @@ def judged(key, made):
 @pytest.mark.parametrize("number", range(len(NAMES)), ids=NAMES)
 def test_a_seed_plants_its_effect_in_the_same_dive_as_ever(number):
     judged(NAMES[number], planted_dive(number))
+
+
+@pytest.mark.parametrize("name", ["sticking_thruster", "knocks", "ballast_pump"])
+def test_a_seed_s_unknown_effect_comes_and_goes_as_ever_in_ten_minutes(name):
+    """In a short dive it may not come at all."""
+    vehicle, rng = draw_case(SEED, names=[]).vehicle, np.random.default_rng(SEED)
+    made = {}
+    for size in (0.0, 1.0):
+        scenario = scenario_of(vehicle, 7_800, 10, 3.0, 9.0)
+        NOVEL[name](rng, vehicle, size).apply(scenario, rng)
+        pushes = dict(zip("XYZKMN", map(in_a_number, scenario.push.T), strict=True))
+        made[f"{size:g}"] = pushes | {"stuck": in_a_number(scenario.prop.stuck_when)}
+    judged(f"{name} in ten minutes", made)
 
 
 @pytest.mark.parametrize("seed", range(SEED, SEED + 12))
