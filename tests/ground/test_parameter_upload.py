@@ -10,7 +10,7 @@ from bridge.errors import ParamError, ParamRejected
 from bridge.vehicle.parameters import COMMIT, set_crc
 from gcs_plugin.params.plan import make_plan
 from gcs_plugin.params.receipt import NONE_YET, Turn, begin, new_preimage, newest
-from gcs_plugin.params.transfer import Outcome
+from gcs_plugin.params.transfer import Outcome, SetValue
 from gcs_plugin.params.upload import Stage, Upload
 
 BAD_LINK = {"loss": 0.3, "duplicate": 0.2, "jitter_s": 0.2}
@@ -194,6 +194,44 @@ def test_a_vehicle_without_commit_is_written_directly_and_taken_back_directly(se
     assert ending.outcome is Outcome.ROLLED_BACK
     assert {name: stubborn.values[name] for name in values} == values
     assert ending.results["SERVO1_MAX"].outcome is Outcome.REFUSED
+
+
+@pytest.mark.parametrize(
+    ("left_out", "stage", "says"),
+    [((), Stage.STAGE, True), ((), Stage.LIVE, False), (("FF_COMMIT", "FF_ACTIVE"), Stage.STAGE, False)],
+    ids=["before a commit", "after it", "without commits"],
+)
+def test_a_roll_back_that_nobody_answers_says_that_what_flies_was_not_changed_where_that_is_so(
+    left_out, stage, says
+):
+    vehicle, cut = Reached(OLD), []
+    present = {name: value for name, value in vehicle.values.items() if name not in left_out}
+
+    def lost(upload, vehicle):
+        if upload.stage is stage and vehicle.sets:
+            vehicle.cut()
+            cut.append(upload.stage)
+        return cut
+
+    ending = upload_to(vehicle, act=lost, present=present)
+    assert (cut, ending.outcome) == ([stage], Outcome.UNVERIFIED)
+    assert ("; what it flies was not changed; connect again" in ending.sentence) is says
+    assert ending.sentence.endswith("connect again and roll back to the values before")
+
+
+def test_what_was_written_is_taken_back_once_no_write_can_be_under_way_and_given_up_after_twenty_seconds():
+    upload = Upload(make_plan({"A": 2.0, "B": 3.0}, {"A": 0.5, "B": 1.5}), SOURCE, 5.0)
+    assert upload.tick(5.0) == [SetValue("A", 2.0), SetValue("B", 3.0)]
+    upload.abort("stopped", 6.0)
+    assert (upload.stage, upload.tick(15.9)) == (Stage.UNDO, [])
+    assert upload.tick(16.0) == [SetValue("A", 0.5), SetValue("B", 1.5)]
+    upload.tick(35.9)
+    assert upload.ending is None
+    upload.tick(36.0)
+    assert upload.ending.outcome is Outcome.UNVERIFIED
+    assert upload.ending.sentence.startswith(
+        "stopped; and the roll back failed: the vehicle has answered nothing"
+    )
 
 
 def test_what_is_done_only_grows_through_the_stages_and_ends_whole():
