@@ -7,14 +7,16 @@ from dataclasses import asdict, dataclass, replace
 from typing import Any, Final
 
 from bridge.arrays import Vector3
-from bridge.errors import ConfigError
+from bridge.errors import ConfigError, FitError
 from bridge.vehicle.coefficients import DOFS
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.forecast import Credit
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive
+from identify.estimators.axes.another_vehicle import strange
 from identify.thrust.given_thrust import given_thrust, pushes
 from identify.thrust.thruster_allocation import allocated_gains
+from identify.thrust.wrench import wrench
 from identify.validation import tracking
 from identify.validation.against_forecast import (
     Foretellings,
@@ -107,6 +109,7 @@ def validate(
     """Compare each dive with its reference; of a dive in several modes the part in one of them counts.
 
     `foretold` gives, for that part, the contents of the sidecar of the accepted diagnosis that it is compared with.
+    Raises ConfigError or FitError for a dive of another vehicle or configuration than the file's.
     """
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in map(with_reference_rates, dives)]
@@ -140,11 +143,21 @@ def _judged(
     run: Run, whole: Dive, mode: Mode | None, file: VehicleFile, foretold: Foretellings, advice: Advice
 ) -> Run:
     """The run compared with the foretold errors, and whether the feed-forward may be raised: None if the dive or the
-    vehicle file can't decide that."""
+    vehicle file can't decide that.
+
+    Raises ConfigError or FitError if the dive is of another vehicle or configuration: its limits judge nothing here.
+    """
+    recorded = whole.configuration_index()
     try:
-        configuration_name = file.configuration_of(whole.configuration_index())
-    except ConfigError:
+        configuration_name = file.configuration_of(recorded)
+    except ConfigError as error:
+        if recorded is not None:
+            raise ConfigError(f"{whole.source}: {error}") from None
         return run
+    if another := _another_vehicle(run.dive, file, configuration_name):
+        raise FitError(
+            f"{another}; give the vehicle file and the configuration that it was dived with", of=whole.source
+        )
     held: tuple[Held, ...] = ()
     gains: tuple[MadeUp, ...] = ()
     foretelling = None if mode is None else foretold(run.dive, mode, configuration_name)
@@ -159,6 +172,15 @@ def _judged(
         held = held_against(run.errors.whole, foretelling.rows, mode) if in_force else ()
     instead = advice(run.dive, configuration_name)
     return replace(run, held=held, raising=go_no_go(whole, file, configuration_name, held, gains, instead))
+
+
+def _another_vehicle(dive: Dive, file: VehicleFile, configuration_name: str) -> str:
+    """Why the dive can hardly be of this vehicle and configuration; "" if nothing says so."""
+    try:
+        forces = wrench(dive, file, configuration_name)
+    except FitError:
+        return ""
+    return strange(dive, forces, file.vehicle, configuration_name)
 
 
 def _made_up(

@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bridge.errors import ConfigError, FitError
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.references import DoubleS
+from bridge.vehicle.thrusters import Allocator, thrust_curve
 from identify.dive import Dive, Signal
+from identify.run.validate import validate
 from identify.validation.axis_criteria import Criterion
 from identify.validation.raising import Raising, go_no_go, in_one_mode
 
@@ -422,3 +425,40 @@ def test_a_reference_that_is_unknown_for_a_moment_leaves_its_top_speed_known():
     assert not any(
         "nan" in str(criterion) for criterion in judged(unknown).criteria if criterion.passed is False
     )
+
+
+@pytest.mark.parametrize(
+    ("file", "error", "why"),
+    [
+        (
+            "bolt",
+            ConfigError,
+            "the recording says VEH_CFG 1, vehicle 'bolt' has 0 bolt; give the file of the vehicle",
+        ),
+        (
+            "ruvifist:survey",
+            FitError,
+            "says VEH_CFG 1, configuration 'survey' of vehicle 'ruvifist' is 0.*dived with",
+        ),
+    ],
+)
+@pytest.mark.parametrize("mode", [Mode.SHADOW, Mode.BOTH])
+def test_a_dive_of_another_vehicle_or_configuration_gets_no_verdict_by_the_limits_of_this_file(
+    mode, file, error, why
+):
+    dive = flown(mode)
+    of_hovering = replace(dive, veh_cfg=Signal(dive.nu_ref.time_s, np.ones((len(dive.nu_ref), 1))))
+    (run,) = validate([of_hovering], FILE).runs
+    assert run.raising is not None
+    with pytest.raises(error, match=why):
+        validate([of_hovering], load_vehicle(file))
+
+
+def test_thrusters_that_give_another_wrench_than_was_commanded_get_no_verdict():
+    dive = flown(Mode.SHADOW)
+    curve = thrust_curve(FILE.vehicle.thrust_curve, FILE.path.parent)
+    thrusters = Allocator(FILE.vehicle.configurations["hovering"], curve)
+    pulses = np.array([curve.pwm(thrusters.allocate(1.5 * tau)[0]) for tau in dive.tau_cmd.value])
+    others = replace(dive, pwm=Signal(dive.tau_cmd.time_s, pulses))
+    with pytest.raises(FitError, match="the vehicle file's thrusters are not this vehicle's; give"):
+        validate([others], load_vehicle("ruvifist:hovering"))
