@@ -2,6 +2,7 @@
 
 import gzip
 import json
+import socket
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,7 @@ from waiting import ended_once
 
 from bridge import exit_codes
 from bridge.links.link import memory_pair
+from bridge.links.udp import open_udpin
 from bridge.wire.framing import Encoder
 from bridge.wire.status_codes import status_texts
 from bridge.wire.tlog import TlogWriter
@@ -21,6 +23,7 @@ from gcs_plugin.dives.folder import About, list_folders, new_folder
 from tui import cli
 
 BOOT_US = 1_790_000_000_000_000
+PATIENCE_S = 30.0
 
 
 def attitudes(count):
@@ -113,6 +116,29 @@ def test_replay_sends_every_frame_unchanged(recording, far_end, capsys):
     assert code == exit_codes.DONE
     assert everything(far_end) == b"".join(attitudes(100))
     assert "100 frames sent" in capsys.readouterr().out
+
+
+def test_replay_on_a_link_that_listens_waits_for_whoever_speaks_there_first_and_sends_all_to_him(
+    recording, monkeypatch, capsys
+):
+    link = open_udpin("127.0.0.1", 0)
+    monkeypatch.setattr("bridge.links.open.open_link", lambda _: link)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ground:
+        ground.settimeout(PATIENCE_S)
+        looks = []
+
+        def speaks_at_the_third_look(*waiting):
+            looks.append(waiting)
+            if len(looks) == 3:
+                ground.sendto(attitudes(1)[0], ("127.0.0.1", link.port))
+            return listen(*waiting)
+
+        listen = link.read
+        monkeypatch.setattr(link, "read", speaks_at_the_third_look)
+        words = ("replay", str(recording), "--link", "udpin:127.0.0.1:14550", "--speed", "1e6")
+        assert cli.main(words) == exit_codes.DONE
+        assert [ground.recv(1024) for _ in range(100)] == attitudes(100)
+    assert "waits until somebody speaks on udpin:" in capsys.readouterr().err
 
 
 def test_replay_starts_where_it_is_told(recording, far_end):

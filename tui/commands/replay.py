@@ -4,6 +4,7 @@ import argparse
 import time
 from itertools import chain
 from pathlib import Path
+from typing import Final
 
 from bridge import clock as clocks
 from bridge import exit_codes
@@ -13,6 +14,11 @@ from bridge.wire.tlog import each_nonempty, read_tlog
 from gcs_plugin.dives.folder import load_folder
 from gcs_plugin.dives.replay import onward, play
 from tui import show
+
+LISTENS: Final = "udpin:"
+"""A link that listens for datagrams sends to those alone who have spoken there."""
+
+LOOK_S: Final = 0.5
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -30,11 +36,18 @@ def run(arguments: argparse.Namespace) -> int:
     link = secured.Opener(arguments.sign_key, clock, secured.on_words).open(arguments.link)
     sent = left_out = 0
     try:
+        if arguments.link.startswith(LISTENS):
+            show.say(
+                show.words(), f"waits until somebody speaks on {link.name}, and then plays; Ctrl-C ends it"
+            )
+            while not link.read(LOOK_S):
+                pass
         with show.progress(f"replay {path.name}") as tell:
             for stamp_us, frame in played:
                 if carries_key(frame.raw):  # with the key zeroed, the frame would erase a vehicle's own key
                     left_out += 1
                     continue
+                link.read(0.0)  # a link that listens learns by it whom it answers
                 link.write(frame.raw)
                 sent += 1
                 tell((stamp_us - first_us) / length_us, f"{(stamp_us - first_us) / 1e6:.0f} s")
