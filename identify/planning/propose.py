@@ -141,7 +141,7 @@ def propose(
         raise FitError(
             f"{file.path}: no plan tells {', '.join(untold)}; along the axes planned it tells {', '.join(telling)}"
         )
-    families = _families(tank, able, limits)
+    families = _in_time(_families(tank, able, limits), seconds)
     candidates = []
     for i, family in enumerate(families):
         progress(i / (len(families) + 1), f"trying {family.kind} in {DOFS[family.drives[0].dof]}")
@@ -234,6 +234,16 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
             laps(LAP_SHARE * limits.space_m, Drive(drive.dof, RATES[drive.dof], limits.speed_m_s))
         )
     return families
+
+
+def _in_time(families: Sequence[Family], seconds: float) -> Sequence[Family]:
+    """The families of which a block fits into the time; if none does, the shortest, which tells how long it takes.
+
+    Laps are as long as the room: to try what can't be chosen takes memory and time without bound.
+    """
+    blocks_s = [family.cycles * family.period_s for family in families]
+    longest_s = max(seconds - 2 * REST_S, min(blocks_s))
+    return [family for family, block_s in zip(families, blocks_s, strict=True) if block_s <= longest_s]
 
 
 def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -> _Candidate | None:

@@ -159,6 +159,19 @@ def test_what_is_asked_for_alone_is_aimed_at():
         propose(TANK, Limits(), 90.0, [SURGE, YAW], know=["M_w", "I_r"])
 
 
+def test_laps_that_take_longer_than_there_is_time_are_not_even_tried(monkeypatch):
+    dived, dive = [], Tank.dive
+
+    def counted(tank, legs):
+        dived.append(sum(leg.duration_s for leg in legs))
+        return dive(tank, legs)
+
+    monkeypatch.setattr(Tank, "dive", counted)
+    wide = propose(TANK, Limits(1e9), 120.0, (SURGE,))
+    assert max(dived) <= 120.0
+    assert wide.parts[0].manoeuvre.kind != "laps"
+
+
 def test_too_little_time_is_said_with_what_it_would_take():
     with pytest.raises(
         FitError, match=r"takes 42 s with its rests, and there are 20 s; give --minutes 0\.7 or"
