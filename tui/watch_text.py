@@ -28,6 +28,9 @@ from tui.app.drawing import SHOWN_IN, cut, left
 
 LINE = 110
 """Characters of a line in a pipe, behind its time."""
+ROWS_BESIDE = 3
+"""Of a table, beside its own: the columns' names, a rule, and an empty one below."""
+
 LOSSY = 0.01
 GONE = "--"
 NO_READING = "none"
@@ -36,14 +39,23 @@ VELOCITIES = ("u", "v", "w", "r")
 POOR = (Condition.BAD, Condition.MISSING)
 
 
-def screen(picture: Picture, holding: Holding | None, width: int, fault: str = "") -> RenderableType:
-    """Return the tables for a terminal, with stale rows dimmed; `fault` says why nothing arrives."""
+def screen(
+    picture: Picture, holding: Holding | None, width: int, height: int, fault: str = ""
+) -> RenderableType:
+    """Return the tables for a terminal, with stale rows dimmed; `fault` says why nothing arrives.
+
+    Where the terminal has fewer rows, it cuts the last tables off: what is wrong stands above them then.
+    """
+    shown = tables(picture)
+    sentences = header(picture, holding, fault)
+    if len(sentences) + sum(len(table.rows) + ROWS_BESIDE for table in shown) > height:
+        sentences = list(dict.fromkeys((*sentences, *trouble(picture))))
     text = Text(no_wrap=True, overflow="ellipsis")
-    for number, sentence in enumerate(header(picture, holding, fault)):
+    for number, sentence in enumerate(sentences):
         loud = 0 < number <= len(picture.alarms)
         text.append(f"{sentence}\n", style="bold reverse" if loud else "bold" if number == 0 else "")
     parts: list[RenderableType] = [text]
-    for table in tables(picture):
+    for table in shown:
         parts += [table.drawn(width), ""]
     return Group(*parts)
 

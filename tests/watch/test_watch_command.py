@@ -1,5 +1,6 @@
 """`seatrial watch`: a line a second, exit codes, and a recording that ends and comes back."""
 
+import io
 import json
 import math
 import re
@@ -10,6 +11,7 @@ import pytest
 from fakes.telling import telling
 from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as mav
+from rich.console import Console
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
 
 from bridge import exit_codes
@@ -82,6 +84,21 @@ def test_troubles_stand_at_its_end_the_worst_first(healthy):
     line = watch_text.line(healthy.picture(1.2), None)
     trouble = "DVL: no bottom lock for 0.2 s | battery: 13.0 V, and the thrust curve is …"
     assert line == f"ARMED | NOT RECORDING | FF shadow | {trouble}"
+
+
+@pytest.mark.parametrize(("rows", "above"), [(24, True), (60, False)])
+def test_what_is_wrong_stands_above_the_tables_where_a_terminal_has_no_room_for_all_of_them(
+    healthy, rows, above
+):
+    vehicle = OnAir(healthy)
+    vehicle.tells("battery", (13.0, 2.0), 1.1)
+    vehicle.tells("dvl", NO_LOCK, 1.1)
+    console = Console(width=120, height=rows, record=True, file=io.StringIO())
+    console.print(watch_text.screen(healthy.picture(1.2), RECORDING, *console.size))
+    lines = [line.strip() for line in console.export_text().splitlines()]
+    first_table = next(number for number, line in enumerate(lines) if line.startswith("quantity"))
+    assert ("DVL: no bottom lock for 0.2 s" in lines[:first_table]) is above
+    assert any(line.startswith("battery: 13.0 V, and") for line in lines[:first_table]) is above
 
 
 def test_a_line_is_never_longer_than_a_terminal_is_wide_and_loses_its_end(healthy):

@@ -143,9 +143,9 @@ def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> Non
 
         def draw(_: float) -> None:
             if new():
-                live.update(
-                    screen(shown, _holding(arguments.link), console.width, reader.fault), refresh=True
-                )
+                size = console.size
+                seen = screen(shown, _holding(arguments.link), size.width, size.height, reader.fault)
+                live.update(seen, refresh=True)
 
         command_line.until_stopped(reader.listen, clock, arguments.seconds, draw)
 
