@@ -89,6 +89,17 @@ def looks(monkeypatch):
     return seen
 
 
+def test_of_dives_of_one_name_what_is_said_names_the_folders(dives, capsys):
+    (dives / "2026-11-20T1015Z-nobody").rename(dives / "2026-11-20T1015Z-hovering")
+    cli.main(["dives", str(dives)])
+    said = capsys.readouterr().out.splitlines()
+    assert "2026-11-20T0912Z-hovering: noted: calm, 12 m of tether" in said
+    assert any(
+        line.startswith("2026-11-20T1015Z-hovering: what it could identify is not known") for line in said
+    )
+    assert any(line.startswith("broken: can't be read: ") for line in said)
+
+
 def test_the_list_says_length_loss_excitation_notes_and_what_was_learnt(dives, capsys):
     hovering = dives / "2026-11-20T0912Z-hovering"
     result = {"method": "likelihood", "outcome": "converged", "parameters": []}

@@ -2,6 +2,7 @@
 
 import argparse
 import math
+from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -29,8 +30,10 @@ def run(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     if rows:
         show.put(console, table_of(rows))
+        times = Counter(row.name for row in rows)
         for row in rows:
-            show.say(console, *(f"{row.name}: {sentence}" for sentence in said_of(row)))
+            label = row.name if times[row.name] == 1 else row.folder.name
+            show.say(console, *(f"{label}: {sentence}" for sentence in said_of(row)))
         if any(row.glance.relative_std for row in rows):
             show.say(console, LEGEND)
     else:
