@@ -7,7 +7,7 @@ import pytest
 from fake_verbs import FakeVerbs
 from fake_verbs import desk as desk_of
 from made_parameters import PARAM, FakeVehicle, desk, has, line_of, on_screen, plan, receipt, row, views
-from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, played, pressed, settled
+from screen_text import NARROW, WIDE, Lacks, Sees, made, plain, played, pressed, settled, text
 from soak import rest_in_soak
 from textual.widgets._toast import Toast
 
@@ -115,6 +115,25 @@ def test_notices_cover_nothing():
             assert question.height
             assert {toast.height for toast in toasts} == {1, 2}
             assert not [(a, b) for a in toasts for b in (question, *drawn) if a.overlaps(b)]
+
+    asyncio.run(work())
+
+
+def test_a_notice_that_just_fills_its_row_is_shown_to_its_end():
+    async def work():
+        app = made(views(), desk=desk(FakeVehicle()))
+        async with app.run_test(size=NARROW, notifications=True) as pilot:
+            await settled(app, pilot)
+            for length in range(74, 79):
+                app.notify(f"{'said at length '.ljust(length - 4, 'x')} end", timeout=600)
+                for _ in range(500):
+                    await pilot.pause()
+                    if app.screen.query(Toast) and app.screen.query_one("#notices").region.height:
+                        break
+                assert "end" in text(app).split(), length
+                app.clear_notifications()
+                while app.screen.query(Toast):
+                    await pilot.pause()
 
     asyncio.run(work())
 
