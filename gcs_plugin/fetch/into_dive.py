@@ -4,8 +4,8 @@ A dive that is still recorded is refused; frames recorded since are added.
 """
 
 import time
-from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass, replace
 from itertools import zip_longest
 from math import inf
 from pathlib import Path
@@ -39,19 +39,24 @@ class Boot:
     last_ms: int
 
 
-def boots_in(frames: Iterable[Frame]) -> list[Boot]:
-    """Return the boots in a recording, in the order in which they were first heard."""
-    boots: dict[int, Boot] = {}
+def boots_told(frames: Iterable[Frame]) -> Iterator[Boot]:
+    """Each time that a recording tells a boot, as a boot of that moment."""
     for frame in frames:
         if frame.message_id != _TELLS:
             continue
         message = decode(frame)
-        if message is None or message.name != BOOT_ID:
-            continue
-        ms = message.time_boot_ms
-        before = boots.get(message.value, Boot(message.value, (frame.system, frame.component), ms, ms))
-        boots[message.value] = Boot(
-            before.identity, before.source, min(before.first_ms, ms), max(before.last_ms, ms)
+        if message is not None and message.name == BOOT_ID:
+            ms = message.time_boot_ms
+            yield Boot(message.value, (frame.system, frame.component), ms, ms)
+
+
+def boots_in(frames: Iterable[Frame]) -> list[Boot]:
+    """Return the boots in a recording, in the order in which they were first heard."""
+    boots: dict[int, Boot] = {}
+    for now in boots_told(frames):
+        before = boots.get(now.identity, now)
+        boots[now.identity] = replace(
+            now, first_ms=min(before.first_ms, now.first_ms), last_ms=max(before.last_ms, now.last_ms)
         )
     return list(boots.values())
 

@@ -16,8 +16,10 @@ from bridge.onboard.ring import RingSize
 from bridge.signing.key import SigningKey, write_key
 from bridge.signing.link import Gate, SignedLink, Times
 from bridge.wire.segments import segments_in
+from bridge.wire.tlog import read_tlog
 from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import new_folder
+from gcs_plugin.fetch.into_dive import boots_in
 from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.fetch.mirror import Mirror
 from gcs_plugin.recording.hub import Hub
@@ -147,6 +149,22 @@ def test_what_can_not_be_meant_is_refused(tmp_path, refused):
     assert "holds no dive to make whole" in refused("fetch", *out)
     assert "--new makes a folder of its own" in refused("fetch", tmp_path, "--new", *out)
     assert "--minutes is for --new" in refused("fetch", "--minutes", "3", *out)
+
+
+def test_a_recording_that_tells_no_boot_is_refused_and_goes_on_in_its_folder(
+    dive, tmp_path, monkeypatch, refused
+):
+    asked = []
+    monkeypatch.setattr("gcs_plugin.recording.orders.next_dive", lambda *_: asked.append(1))
+    dive.dive(5.0)
+    made = new_folder(tmp_path / "dives", 1_790_000_000.0, "lake")
+    write_records(made.path / "heard.tlog", dive.heard)
+    untold = [(us, frame.raw) for us, frame in read_tlog(made.path / "heard.tlog") if not boots_in([frame])]
+    write_records(made.path / "telemetry.tlog", untold)
+    (made.path / "heard.tlog").unlink()
+    write_holding(telling(links=("serial:/dev/x:9600",), folder=str(made.path)))
+    assert "nothing in it tells which recording of the vehicle's is of this dive" in refused("fetch")
+    assert asked == []
 
 
 def test_by_way_of_the_recording_that_runs_no_link_is_named(dive, folder, tmp_path):

@@ -1,7 +1,7 @@
 """`seatrial fetch`: fetch the part of a dive that the vehicle stored and the ground did not receive."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,6 +16,7 @@ from bridge.links import secured
 from bridge.links.link import Link
 from bridge.text import say_warning
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Frame
 from bridge.wire.tlog import each_nonempty, read_tlog
 from bridge.wire.whole_recording import WHOLE
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders, load_folder, new_folder
@@ -23,6 +24,7 @@ from gcs_plugin.fetch.fetching import Fetching, fetch
 from gcs_plugin.fetch.into_dive import (
     Boot,
     boots_in,
+    boots_told,
     refuse_recorded,
     remade,
     segments_of_dive,
@@ -107,7 +109,8 @@ def asked_by_way(folder: DiveFolder) -> str:
 def dive_of(arguments: argparse.Namespace, clock: Clock) -> DiveFolder:
     """Return the dive in question. If it is being recorded, end it: the recording goes on in a new folder.
 
-    Raises UsageError if there is no dive, LinkError if its recording hangs.
+    Raises UsageError if there is no dive, LogError if one that is recorded states no boot, LinkError if its recording
+    hangs.
     """
     holding = links.holding_now() if arguments.dive else links.usable_now()
     recorded = Path(holding.folder) if holding is not None else None
@@ -124,6 +127,7 @@ def dive_of(arguments: argparse.Namespace, clock: Clock) -> DiveFolder:
             raise UsageError(f"{arguments.out}: holds no dive to make whole; name one, or give --new")
         path = made[-1]
     if recorded is not None and path.resolve() == recorded.resolve():
+        refuse_untold(load_folder(path))  # a dive that can't be made whole is not ended for it
         finished, following = orders.next_dive(clock)
         show.say(show.words(), f"{finished} is over; the recording goes on in {following}")
     return load_folder(path)
@@ -229,14 +233,21 @@ class Fetcher:
 
 def heard_in(folder: DiveFolder) -> list[Boot]:
     """The boots in a dive's recording. Raises LogError if it states none."""
-    frames = (f for records in each_nonempty(folder.heard(), read_tlog) for _, f in records)
-    boots = boots_in(frames)
-    if not boots:
+    refuse_untold(folder)
+    return boots_in(_frames(folder))
+
+
+def refuse_untold(folder: DiveFolder) -> None:
+    """Raise LogError if the dive's recording states no boot of the vehicle; read no further than the first."""
+    if next(boots_told(_frames(folder)), None) is None:
         raise LogError(
             f"{folder.path}: nothing in it tells which recording of the vehicle's is of this dive; its bridge must run "
             "with --ring, and for a dive of which nothing was heard give --new"
         )
-    return boots
+
+
+def _frames(folder: DiveFolder) -> Iterator[Frame]:
+    return (frame for records in each_nonempty(folder.heard(), read_tlog) for _, frame in records)
 
 
 def _paths(mirror: Mirror, chosen: Listing) -> list[Path]:
