@@ -369,6 +369,12 @@ def test_what_is_made_of_a_dive_that_lacks_its_middle_says_so(holed, vehicle, ca
     assert NOT_HEARD in " ".join(capsys.readouterr().out.split())
 
 
+def test_a_dive_given_twice_is_not_compared_with_itself(holed, vehicle, capsys):
+    twice = ["validate", str(holed), str(holed), "--vehicle", str(vehicle)]
+    assert cli.main(twice) == exit_codes.BAD_INPUT
+    assert "the same recording as " in capsys.readouterr().err
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="nothing is locked there")
 def test_a_dive_that_is_recorded_and_holds_nothing_yet_says_so(capsys, tmp_path):
     folder = new_folder(tmp_path / "dives", 1_790_000_000.0, "deck")

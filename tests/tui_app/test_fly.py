@@ -129,10 +129,10 @@ def test_a_plan_that_another_program_wrote_over_the_one_shown_is_not_flown():
     assert flights(made) == []
 
 
-def test_without_a_limit_file_none_is_planned_and_it_is_asked_for(limits):
+def test_without_a_limit_file_none_is_planned_and_it_is_asked_for_with_the_reason(limits):
     limits.unlink()
     made = verbs()
-    on(made, "p", Sees("limit file"), "enter", Sees("limits.yaml: no such file"), "escape", "f")
+    on(made, "p", Sees("limit file"), Sees("limits.yaml: no such file"), "enter", "escape", "f")
     assert made.words == []
 
 

@@ -52,6 +52,7 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     columns = column_map_for(arguments.columns, arguments.dives)
     dives = [read_dive(Path(path), columns, file) for path in arguments.dives]
+    refuse_repeated(dives)
     receipts = Path(arguments.receipts)
     foretold = foretellings(arguments.foretold, receipts, file)
     done = validate(dives, file, foretold, partial(send_first, receipts, file))
@@ -79,6 +80,14 @@ def run(arguments: argparse.Namespace) -> int:
         nothing = [run.dive for run in done.runs if not run.compared]
         show.say(show.words(), *(f"{dive.name}: {_why_nothing(dive)}" for dive in nothing))
     return files.code(exit_codes.NO if nothing else exit_codes.DONE)
+
+
+def refuse_repeated(dives: Sequence[Dive]) -> None:
+    """Raise UsageError for a dive that is given twice: it would be compared with itself."""
+    first: dict[str, Dive] = {}
+    for dive in dives:
+        if (same := first.setdefault(dive.sha256, dive)) is not dive:
+            raise UsageError(f"{dive.source}: the same recording as {same.source}; give it once")
 
 
 def tell(console: Console, done: Validation) -> None:

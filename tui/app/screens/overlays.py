@@ -128,8 +128,8 @@ class FormScreen(OverScreen[None]):
     """Saves the texts of all lines, by name, when Enter is pressed in any line; it stays open until that succeeds.
 
     `titles` and `texts` are by name; a line without a title has the whole width. `mistakes` returns the faults of texts
-    by name: a fault stands below its line from the moment that the line is left until it is corrected. `keep` raises
-    SeatrialError if the texts can't be saved, and that is shown too.
+    by name: a fault stands below its line, from the start or from the moment that the line is left, until it is
+    corrected. `keep` raises SeatrialError if the texts can't be saved, and that is shown too.
     """
 
     BINDINGS = bindings(FILLING)  # type: ignore[assignment]
@@ -157,6 +157,11 @@ class FormScreen(OverScreen[None]):
             yield _Trouble(UNKEPT)
         box.border_title = self._asked
         box.border_subtitle = "enter keeps all, escape leaves it, arrows go on"
+
+    def on_mount(self) -> None:
+        for name in self._titles:
+            if self._texts.get(name):
+                self._judge(name)
 
     def on_input_blurred(self, event: Input.Blurred) -> None:
         self._judge(str(event.input.name))
