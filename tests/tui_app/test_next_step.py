@@ -116,6 +116,7 @@ MENDED = replace(
         (replace(BOTH, heard=False), "the vehicle is not heard: switch it on, or mend the link"),
         (replace(BOTH, heard=False, lost=True), "lost while armed: mend"),
         (replace(BOTH, heard=False, lost=True, working="identify"), "lost while armed"),
+        (replace(BOTH, heard=False, lost=True, recording=False), "lost while armed, and its recording has ended"),
         (replace(GO, dive="second", flown=""), "validate second"),
         (replace(GO, dive="second", flown="off"), "GO in shadow: raise"),
         (replace(AGAIN, flown="shadow", go=True), "once it has flown with the feed-forward"),

@@ -108,6 +108,10 @@ AXES: Final = {"u": "surge", "v": "sway", "r": "yaw"}
 LOST = Next(
     ("ff.off",), "lost while armed: mend the link, or fetch the vehicle; the key sends OFF until acknowledged"
 )
+LOST_UNRECORDED = Next(
+    ("ff.off", "recording.begin"),
+    "lost while armed, and its recording has ended: the first key sends OFF until acknowledged, the second records",
+)
 VEHICLE = Next(("vehicle.name",), "say which vehicle this is")
 CONNECT = Next(("link.connect",), "connect the vehicle")
 RECORD = Next(("recording.begin",), "record a dive")
@@ -180,7 +184,7 @@ OF_OTHERS: Final = {
 
 def next_of(now: Situation) -> Next:
     if now.lost:
-        return LOST
+        return LOST if now.recording else LOST_UNRECORDED
     if now.writing:
         return WRITES
     if now.flight in OF_FLIGHT:
