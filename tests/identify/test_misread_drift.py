@@ -15,7 +15,7 @@ from identify.estimators.axes.motion import Motion
 from identify.estimators.axes.readings import Pose, with_heave_of_depth
 from identify.estimators.filter.state import POSITION
 from identify.estimators.filter.transitions import transitions
-from identify.estimators.likelihood.axis import MASS
+from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, MASS
 from identify.estimators.likelihood.fit import rough_fit
 from identify.estimators.likelihood.misread_drift import error_by_depth, with_misread_drift
 from identify.ingest.open import read_dive
@@ -36,7 +36,7 @@ def begun(tmp_path_factory):
 
 
 def of_steps(joint, dof):
-    """The standard deviation that misread velocities add to the disturbance, by step (n,)."""
+    """The standard deviation that misread velocities add to the disturbance, per inertia, by step (n,)."""
     axis = next(problem.axis for problem in joint.problems if problem.axis.dof == dof)
     return axis, np.broadcast_to(axis.misread, axis.different_s.shape)[np.maximum(axis.step, 0)]
 
@@ -55,9 +55,28 @@ def test_misread_velocities_turn_a_fast_hull_and_no_slow_one(begun):
     slow, fast = speed < 0.02, speed > 0.9 * speed.max()
     assert slow.any()
     assert not misread[slow].any()
-    expected = (masses[SWAY] - masses[SURGE]) * speed.max() * np.mean(errors)
+    expected = (masses[SWAY] - masses[SURGE]) / masses[YAW] * speed.max() * np.mean(errors)
     # Levels of it are a factor of two apart.
     assert 0.5 * expected < np.median(misread[fast]) < 2.0 * expected
+
+
+def test_a_hull_that_is_heavier_in_all_is_turned_by_misread_velocities_as_much_as_before(begun):
+    """Else a fit makes the inertia, the righting moment and the masses that turn the hull larger by one factor, and the
+    misread moments small beside them."""
+    fit, _ = begun
+    theta = fit.maximum.theta
+    yaw = next(k for k, problem in enumerate(fit.joint.problems) if problem.axis.dof == YAW)
+    problem, own = fit.joint.at(theta)[yaw], theta[fit.joint.slices[yaw]].copy()
+    axis = problem.axis
+    problem = problem.with_axis(
+        replace(axis, misread=np.array([0.3]), white_times=np.zeros_like(axis.white_times))
+    )
+    own[DISTURBANCE] = -40.0
+    heavier = own.copy()
+    heavier[[MASS, DAMPING]] += np.log(2.0)
+    table, of_heavier = (problem.transition_table(values)[:, 11:17] for values in (own, heavier))
+    # Variances of angle and rate are the same, that of the moment is four times as large.
+    assert np.unique(np.round(of_heavier / table, 6)).tolist() == [1.0, 2.0, 4.0]
 
 
 def test_a_velocity_without_an_error_of_its_own_misreads_nothing(begun):

@@ -49,7 +49,7 @@ class Axis(Events):
     speed (n,): the axis's own speed over each step; before_filter (n,): the same before an autopilot's smoothing, whose
     square gives the quadratic drag. quadratic: quadratic damping that is known beforehand.
     misread (k,), like different_s, or (1,): standard deviation of the moment that drift's misread velocities make over
-    such a step, N m, as part of the disturbance.
+    such a step, per inertia, rad/s2, as part of the disturbance.
     white_force: force that the log hides of the commands, N (N m) per root of 1/s; 0 if it hides nothing.
     timing: timing errors of the readings of an autopilot's own filter, of slow samples of the commands, and of stamps.
     trim_of_run: number of the trim force of each run, from 0; each has its own, unless all have one in common.

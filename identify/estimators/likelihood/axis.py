@@ -254,7 +254,7 @@ class AxisLikelihood:
         axis, coloured = self.axis, self.coloured(theta)
         quadratic = axis.quadratic + quadratic_times * self.quadratic(theta)
         white = self.white_force(theta) * axis.white_times
-        disturbances = np.hypot(disturbance, np.broadcast_to(axis.misread, white.shape))
+        disturbances = np.hypot(disturbance, mass * np.broadcast_to(axis.misread, white.shape))
         return np.asarray(
             transitions(
                 axis.different_s, mass, damping + quadratic * self._brackets.slopes, axis.stiffness,

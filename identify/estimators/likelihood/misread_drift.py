@@ -43,16 +43,21 @@ def with_misread_drift(joint: JointLikelihood, theta: Array, motion: Motion) -> 
             square = (masses[a] - masses[b]) ** 2 * ((nu[:, a] * error[b]) ** 2 + (nu[:, b] * error[a]) ** 2)
             sea = float(np.exp(2.0 * theta[of_axis][DISTURBANCE]))
             problem = problem.with_axis(
-                _misread(axis, motion.mean_between(square, axis.before_s, axis.time_s), sea)
+                _misread(axis, motion.mean_between(square, axis.before_s, axis.time_s), sea, masses[axis.dof])
             )
         problems.append(problem)
     return replace(joint, problems=tuple(problems))
 
 
-def _misread(axis: Axis, square: Array, sea: float) -> Axis:
-    """The axis with its steps grouped by the ratio of this moment's mean square (n,) to the sea's."""
+def _misread(axis: Axis, square: Array, sea: float, inertia: float) -> Axis:
+    """The axis with its steps grouped by the ratio of this moment's mean square (n,) to the sea's.
+
+    The moment is kept per inertia. Where no thruster turns a hull, its inertia, its righting moment and the masses that
+    turn it may all grow by one factor; a moment that stayed as it was would then be smaller beside them, and seem
+    likelier.
+    """
     step, of, level = told_apart(axis, levels(square / sea))
-    misread = np.where(level > levels(np.array(QUIETEST)), np.sqrt(sea * LOUDNESS**level), 0.0)
+    misread = np.where(level > levels(np.array(QUIETEST)), np.sqrt(sea * LOUDNESS**level) / inertia, 0.0)
     return replace(
         axis, different_s=axis.different_s[of], white_times=axis.white_times[of], misread=misread, step=step
     )
