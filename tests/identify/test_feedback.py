@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from fakes.shared import shared
 
-from bench.diagnosis.trials import as_recorded
+from bench.diagnosis.trials import recorded_dive
 from bench.missions.mission import draw_one
 from bridge.vehicle.config import Water
-from identify.challenge.case import dive_of, draw_case
+from identify.challenge.case import draw_case
 from identify.checks.actuation.controller import fed_velocity, feedback_doubts, stamp_doubts
 from identify.dive import Signal
 from identify.doubt import Outcome
@@ -37,7 +37,7 @@ def test_an_attitude_whose_stamp_was_rounded_past_the_wrench_that_it_led_to_rais
     case = draw_case(
         391_200_0003, kind="none"
     )  # its controller runs at 13 Hz: two of three stamps are rounded
-    recorded = as_recorded(dive_of(case), case)
+    recorded = recorded_dive(case)
     assert np.any(recorded.attitude.time_s != np.round(recorded.attitude.time_s * 26) / 26)
     assert feedback_doubts(recorded, case.file.vehicle.water) == ()
 
