@@ -19,6 +19,7 @@ from textual.widgets import Input
 from tui.app.app import SeatrialApp
 from tui.app.drawing import ROLES
 from tui.app.screens.frame import Drawn
+from tui.app.screens.overlays import OverScreen
 
 NARROW, WIDE = (80, 24), (160, 50)
 KEPT = Path(__file__).parent / "screens"
@@ -55,8 +56,15 @@ async def settled(app, pilot):
 async def resized(app, pilot, size):
     """Give the terminal this size, until what it shows stands still."""
     await pilot.resize_terminal(*size)
+    while app.screen.size != size:
+        await pilot.pause()
+    await still(app, pilot)
+
+
+async def still(app, pilot):
+    """Until what the screen shows stands still."""
     shown, alike = "", 0
-    while alike < 3 or app.screen.size != size:
+    while alike < 3:
         await pilot.pause()
         alike = alike + 1 if text(app) == shown else 0
         shown = text(app)
@@ -91,14 +99,21 @@ async def at_rest(app, pilot):
         await pilot.pause()
         if all(state is shown.get(verb) for verb, state in jobs._states.items()):
             break
-    while app.screen.has_class("-asking") and not isinstance(app.focused, Input):
+    # A key that comes before the line has the focus is lost.
+    while _asks(app.screen) and not isinstance(app.focused, Input):
         await pilot.pause()
+
+
+def _asks(screen):
+    return screen.has_class("-asking") or (isinstance(screen, OverScreen) and bool(screen.query(Input)))
 
 
 async def play(app, pilot, *steps):
     """Press the keys, hold the screen against `Sees` and `Lacks`, call functions, each until the app rests."""
     for step in steps:
         if isinstance(step, Sees | Lacks):
+            if (step in flat(app)) is not isinstance(step, Sees):
+                await still(app, pilot)
             assert (step in flat(app)) is isinstance(step, Sees), text(app)
             continue
         if callable(step):

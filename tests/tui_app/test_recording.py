@@ -167,7 +167,7 @@ def test_a_port_that_is_recorded_is_not_looked_at_beside_its_recording_in_anothe
 def test_what_is_no_link_or_is_recorded_by_another_stays_in_the_box_with_the_reason(link, why):
     boat = Boat()
     boat.desk.ways = lambda: (Way(link, "", recorded=True, others=True),)
-    after(["ctrl+l", "enter", shows(ConnectScreen), Sees(why)], boat, SILENT)
+    after(["ctrl+l", shows(ConnectScreen), "enter", Sees(why)], boat, SILENT)
     assert boat.orders == []
 
 
