@@ -151,6 +151,10 @@ class Prior:
 
 Damping = Literal["linear", "quadratic", "both"]
 
+MOST_APART = 12.0
+"""Times by which the reach of the thrusters may differ from the hull's radius of gyration, either way: thrusters sit on
+the hull, and grams for kilograms make a factor of 32 of it."""
+
 MOST_VEH_CFG = 99_999
 """With more digits a parameter's name would have more than the 16 characters of MAVLink's: `FF99999_T_VSHARE`."""
 
@@ -193,6 +197,7 @@ class Configuration:
                 f"inertia_kgm2 must be positive about every axis, it is {list(self.inertia_kgm2)}"
             )
         _above_zero(model_std=self.model_std)
+        self._check_units()
         if not 0 <= (self.veh_cfg or 0) <= MOST_VEH_CFG:
             raise ValueError(
                 f"veh_cfg is a number from 0 to {MOST_VEH_CFG}, which stands in parameters' names; it is {self.veh_cfg}"
@@ -207,6 +212,18 @@ class Configuration:
                         f"{key}: {name} is quadratic drag, which a hull with damping: linear does not have; write "
                         "damping: both, or quadratic"
                     )
+
+    def _check_units(self) -> None:
+        """Raise ValueError if the hull's radius of gyration is far smaller or larger than the reach of its thrusters:
+        mass or inertia is then in other units, as a mass in grams."""
+        reach_m = max((math.hypot(*thruster.position_m) for thruster in self.thrusters), default=0.0)
+        radius_m = math.sqrt(max(self.inertia_kgm2) / self.dry_mass_kg)
+        if reach_m > 0 and not reach_m / MOST_APART < radius_m < reach_m * MOST_APART:
+            raise ValueError(
+                f"dry_mass_kg {self.dry_mass_kg:g} and inertia_kgm2 {list(self.inertia_kgm2)} make a radius of "
+                f"gyration of {radius_m:.2g} m, and the thrusters reach {reach_m:.2g} m: give the mass in kg, the "
+                "inertia in kg m2 and positions in m"
+            )
 
     def rigid_body(self, dof: int) -> tuple[float, float]:
         """Dry mass (kg) or rigid-body inertia (kg m2) of a degree of freedom, and its standard deviation."""

@@ -3,6 +3,7 @@
 import contextlib
 import re
 import shutil
+import unicodedata
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
@@ -148,7 +149,7 @@ def new_folder(root: Path, unix_s: float, name: str) -> DiveFolder:
 
     Raises LogError if no folder can be created.
     """
-    words = re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+    words = re.sub(r"[\W_]+", "-", unicodedata.normalize("NFC", name.lower())).strip("-")
     stem = f"{datetime.fromtimestamp(unix_s, UTC):%Y-%m-%dT%H%MZ}" + (f"-{words}" if words else "")
     try:
         root.mkdir(parents=True, exist_ok=True)

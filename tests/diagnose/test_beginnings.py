@@ -14,6 +14,7 @@ from identify.challenge.planted_effects import Planted
 from identify.challenge.scenario import LAG, NOTHING, PULSE, no_force
 from identify.challenge.vehicles import LAG_S
 from identify.diagnose.accepted import _effect, none_accepted
+from identify.diagnose.causes import onset
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.causes.confidence import without_doubtful
 from identify.diagnose.causes.onset import _Residual, unsought, with_beginnings
@@ -96,6 +97,20 @@ def test_a_thruster_that_was_weak_all_along_has_no_beginning(nominal):
     search = searched(with_cause(nominal, weak(2), TENTH), *LIBRARY)
     assert [cause.effect.label for cause in search.explanation.causes] == [weak(2).label]
     assert with_beginnings(search, LIBRARY, 5.0) is search
+
+
+def test_a_round_that_finds_no_new_beginning_is_the_last_and_one_that_does_has_another(
+    nominal, broken, monkeypatch
+):
+    before, steady = searched(broken), searched(with_cause(nominal, weak(2), TENTH), *LIBRARY)
+    since = (Cause(beginning(weak(2), 70.0, 5.0), TENTH),)
+    explanation = steady.explanation
+    begun = replace(steady, explanation=replace(explanation, fit=replace(explanation.fit, causes=since)))
+    for first, rounds in ((steady, 1), (begun, 2)):
+        left = [first, before]
+        monkeypatch.setattr(onset, "_with_more", lambda *_, left=left: left.pop(0))
+        with_beginnings(before, LIBRARY, 5.0)
+        assert len(left) == 2 - rounds
 
 
 def test_a_dive_too_short_for_beginnings_says_that_none_was_looked_for():

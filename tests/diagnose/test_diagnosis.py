@@ -312,7 +312,8 @@ def test_a_delay_far_beyond_the_vehicle_file_s_is_named_with_its_size(case):
 
 def test_a_mass_that_no_vehicle_has_is_refused_in_a_sentence(case):
     vehicle = case.file.vehicle
-    shape = replace(vehicle.configurations[case.configuration], dry_mass_kg=1e9)
+    shape = vehicle.configurations[case.configuration]
+    shape = replace(shape, dry_mass_kg=1e9, inertia_kgm2=(*shape.inertia_kgm2[:2], 1e8))
     heavy = replace(case.file, vehicle=replace(vehicle, configurations={case.configuration: shape}))
     with pytest.raises(FitError, match=r"no solution; .* mass or an inertia in the vehicle file"):
         diagnose(dive_of(case), heavy, case.configuration, effects=SMALL, progress=quiet)

@@ -83,6 +83,16 @@ def test_a_dive_simulated_at_once_comes_before_what_was_recorded_after_it_althou
     assert list_folders(tmp_path) == [simulated, afloat]
 
 
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [("Müggelsee", "müggelsee"), ("Mu\u0308ggelsee", "müggelsee"), ("дно_2", "дно-2"), ("../..", "")],
+)
+def test_a_folder_keeps_the_letters_of_its_name_in_any_alphabet_and_nothing_else(tmp_path, name, words):
+    path = new_folder(tmp_path, SECOND_S, name).path
+    assert path.name == "-".join(filter(None, ("2026-11-20T0912Z", words)))
+    assert path.parent == tmp_path
+
+
 def test_a_recording_without_a_message_yet_comes_after_a_dive_that_ended_in_the_minute_of_its_name(tmp_path):
     begins = tmp_path / "2026-11-20T0912Z-begins"
     begins.mkdir()

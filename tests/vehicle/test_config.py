@@ -43,6 +43,23 @@ def loaded(folder: Path, body: dict[str, Any] | None = None, **vehicle: Any) -> 
     return load_vehicle(str(path)).vehicle
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        {"dry_mass_kg": 10_000.0},
+        {"inertia_kgm2": [900.0, 900.0, 1000.0]},
+        {"thrusters": [{"direction": [1.0, 0.0, 0.0], "position_m": [300.0, 0.0, 0.0]}]},
+    ],
+)
+def test_a_hull_in_grams_or_millimetres_is_refused_with_the_units_to_give(tmp_path, wrong):
+    thrusters = [{"direction": [1.0, 0.0, 0.0], "position_m": [0.3, 0.0, 0.0]}]
+    assert loaded(tmp_path, {"thrusters": thrusters})
+    with pytest.raises(
+        ConfigError, match=r"radius of gyration .* mass in kg, the inertia in kg m2 and positions"
+    ):
+        loaded(tmp_path, {"thrusters": thrusters} | wrong)
+
+
 def test_a_plain_vehicle_is_loaded_with_its_defaults(tmp_path):
     vehicle = loaded(tmp_path)
     assert (vehicle.system_id, vehicle.component_id) == (1, 1)

@@ -91,8 +91,15 @@ def with_beginnings(search: Search, library: Sequence[Effect], start_s: float) -
         found = _with_more(search, (*library, *search.beginnings), start_s)
         if found is search:
             break
-        search = found
+        before, search = search, found
+        if _begun_in(found) <= _begun_in(before):
+            break
     return search
+
+
+def _begun_in(search: Search) -> set[str]:
+    """Labels of the causes found that begin within the dive."""
+    return {cause.effect.label for cause in search.explanation.causes if cause.effect.since_s}
 
 
 def _with_more(search: Search, library: Sequence[Effect], start_s: float) -> Search:
