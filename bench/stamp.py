@@ -13,6 +13,9 @@ PACKAGES = ("bench", "bridge", "gcs_plugin", "identify", "tui")
 KEEPING = ("bench/remembered.py", "bench/stamp.py", "bench/words.py")
 """What keeps results and writes them down makes no figure: a change there discards none."""
 
+SHOWING = ("gcs_plugin/", "identify/report/", "tui/")
+"""What shows a verb's answer, or sends it to a vehicle. The verb itself belongs to the answer."""
+
 _BY_NAME = re.compile(r'"((?:bench|identify)(?:\.\w+)+)"')
 """A module that is imported as its name in a table says."""
 
@@ -64,6 +67,11 @@ def files(*sources: Source) -> list[Path]:
 
 def reached(*modules: str, belongs: Callable[[str], bool] = lambda _: True) -> Reached:
     return Reached(modules, belongs)
+
+
+def makes_answer(path: str) -> bool:
+    """Whether the code at a path, reached by a verb, makes its answer: a page that is drawn otherwise changes none."""
+    return path.startswith("tui/commands/") or not path.startswith(SHOWING)
 
 
 def _of_source(source: Source) -> Iterable[Path]:

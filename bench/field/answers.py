@@ -14,13 +14,13 @@ from bench.field.draw import draw
 from bench.field.export import COMPANION, Rates
 from bench.field.regressions import NAMES, ForecastRow, drifts_of, foretold_by
 from bench.remembered import Data
-from bench.stamp import CURVES, reached
+from bench.stamp import CURVES, makes_answer, reached
 from bridge.arrays import Array
 from bridge.errors import FitError
 
 SYMBOLS = "uvwpqr"
-SOURCES = (reached("bench/field/answers.py", "tui/commands/diagnose.py"), CURVES)
-"""Code that makes, diagnoses and predicts the dives, all that the command runs through."""
+SOURCES = (reached("bench/field/answers.py", "tui/commands/diagnose.py", belongs=makes_answer), CURVES)
+"""Code that makes, diagnoses and predicts the dives."""
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import pytest
 from bench.accuracy.answers import OWN
 from bench.accuracy.trials import SOURCES
 from bench.sections import SECTIONS
-from bench.stamp import KEEPING, ROOT, files, reached
+from bench.stamp import KEEPING, ROOT, files, makes_answer, reached
 
 SEED = 100_010
 KEPT_BY = {ROOT / name for name in (*KEEPING, "gcs_plugin/job.py")}
@@ -90,7 +90,14 @@ def test_the_code_behind_a_section_is_all_that_its_page_is_made_by(name):
         behind += files("configs/vehicles/ruvifist*.yaml", "configs/thrusters/*.csv")
     if ROOT / "tui/cli.py" in behind:
         behind += files(reached("tui/commands/diagnose.py"))
+        behind = [file for file in behind if makes_answer(str(file.relative_to(ROOT)))]
     assert set(behind) - set(files(*SECTIONS[name].sources)) == set()
+
+
+def test_a_page_that_is_drawn_otherwise_discards_no_figure_and_another_verdict_or_verb_does():
+    behind = {str(file.relative_to(ROOT)) for file in files(*SECTIONS["field"].sources)}
+    assert {"identify/diagnose/verdict.py", "identify/run/diagnose.py", "tui/commands/diagnose.py"} <= behind
+    assert not behind & {"identify/report/page.py", "tui/show.py", "gcs_plugin/params/upload.py"}
 
 
 def test_the_power_of_the_diagnosis_is_kept_under_the_code_that_scores_it():
