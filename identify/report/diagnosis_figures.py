@@ -46,8 +46,8 @@ SLICES = {
 UNITS = {"speed": "m/s", "depth": "m", "time": "s", "voltage": "V", "distance": "m"}
 FLOWN = ("measured", "before", "after")
 BEFORE, AFTER, NOISE = "before", "after", "floor: noise alone"
-STYLE_OF = {NOISE: 0, BEFORE: 1, AFTER: 2}
-"""Before and after have the colours that they have in FLOWN, on the whole page."""
+STYLE_OF = {AFTER: 0, BEFORE: 1, NOISE: 2}
+"""Before and after have the colours that `traces` gives them in FLOWN, on the whole page."""
 
 
 def where_map(gap: Gap) -> Figure:

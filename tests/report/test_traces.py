@@ -9,8 +9,10 @@ from made_diagnoses import diagnosis, prediction, read
 
 from identify.diagnose.result import Disturbance
 from identify.report.diagnosis import diagnosis_report
+from identify.report.diagnosis_figures import FLOWN, STYLE_OF
 from identify.report.page import render_report
-from identify.report.traces import Traces, render
+from identify.report.plot import LIGHT, STYLES
+from identify.report.traces import STYLE, Traces, render
 
 pytestmark = pytest.mark.usefixtures("sketched")
 
@@ -103,3 +105,13 @@ def test_the_values_can_be_stretched_as_the_times_can_and_their_labels_go_along(
     tops = re.findall(r"top:calc\(([\d.]+)\*var\(--high\)\)", html)
     assert len(tops) > 3
     assert all(0.0 <= float(top) <= 1.0 for top in tops)
+
+
+def test_before_and_after_are_drawn_in_the_same_colours_as_in_the_other_figures_of_the_page():
+    strokes = re.findall(r"\.curve\d \{ stroke: var\(--(\w+)\)", STYLE)
+    traced = {label: LIGHT[name] for label, name in zip(FLOWN, strokes, strict=True)}
+    drawn = {label: STYLES[style]["color"] for label, style in STYLE_OF.items()}
+    assert {label: traced[label] for label in drawn.keys() & traced.keys()} == {
+        "before": drawn["before"],
+        "after": drawn["after"],
+    }
