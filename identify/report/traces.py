@@ -74,6 +74,7 @@ STYLE = """
   font-size: .75em; line-height: 1; color: var(--soft); background: var(--ground); white-space: nowrap; }
 .times { position: relative; height: 1.6em; font-size: .85em; color: var(--soft); }
 .times span { position: absolute; padding-left: .2em; border-left: 1px solid var(--rule); white-space: nowrap; }
+@media screen and (max-width: 700px) { .zoom1:checked ~ .pane .between { display: none; } }
 .times .at4, .times .at16 { display: none; }
 .zoom4:checked ~ .pane .at4, .zoom16:checked ~ .pane .at4, .zoom16:checked ~ .pane .at16 { display: inline; }
 .curve { fill: none; stroke-width: 1.6; vector-effect: non-scaling-stroke; }
@@ -187,14 +188,14 @@ def _path(across: Array, down: Array, block: NDArray[np.intp]) -> str:
 
 
 def _times(span_s: float) -> str:
-    """Seconds beneath the panels; more of them show at higher zoom."""
+    """Seconds beneath the panels; more of them show at higher zoom, and every other one where a phone shows all."""
     out, shown = "", set()
     for by in ZOOMS:
         step = nice_step(span_s / (TICKS * by))
-        for at_s in _multiples(step, 0.0, span_s):
+        for k, at_s in enumerate(_multiples(step, 0.0, span_s)):
             if round(at_s, 3) not in shown and span_s > 0:
                 shown.add(round(at_s, 3))
-                kind = "" if by == ZOOMS[0] else f' class="at{by}"'
+                kind = f' class="at{by}"' if by != ZOOMS[0] else ' class="between"' if k % 2 else ""
                 out += f'<span{kind} style="left:{100 * at_s / span_s:.3f}%">{_rounded(at_s, step)} s</span>'
     return f'<div class="times">{out}</div>\n'
 

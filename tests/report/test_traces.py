@@ -115,3 +115,12 @@ def test_before_and_after_are_drawn_in_the_same_colours_as_in_the_other_figures_
         "before": drawn["before"],
         "after": drawn["after"],
     }
+
+
+def test_a_phone_shows_every_other_time_so_that_none_covers_the_next():
+    times = re.findall(
+        r"<span( class=\"\w+\")? style=\"left:[\d.]+%\">(\d+) s", render(traces(n=17_500), "a")
+    )
+    at_once = [(kind, seconds) for kind, seconds in times if kind in ("", ' class="between"')]
+    assert at_once == [("" if k % 2 == 0 else ' class="between"', str(100 * k)) for k in range(7)]
+    assert ".zoom1:checked ~ .pane .between { display: none; }" in STYLE
