@@ -56,6 +56,7 @@ DISTURBED = (
     "force of the motion where no thruster pushes. More than a third where the vehicle is driven is more than a model "
     "may leave to it; where a depth or a heading is only held, thrust answers the disturbance and is as large."
 )
+FITTED = "over the whole dive, which was fitted"
 BY_AXIS = (
     "The 5 s drift (root mean square) of each degree of freedom without and with the causes, and what noise alone "
     "would make it. Closes: (before − after) / (before − noise), how much of what is beyond noise goes with the "
@@ -155,11 +156,11 @@ def _by_dof(d: Diagnosis) -> Section:
         *horizons,
     )
     caption = (
-        "Drift of the simulated velocity."
+        "Drift of the simulated velocity"
         if no_gap
-        else "Missing force or moment, root mean square; drift of the simulated velocity without → with the causes."
+        else "Missing force or moment, root mean square; drift of the simulated velocity without → with the causes"
     )
-    table = Table(columns, tuple(rows), f"{caption}{DISTURBED if d.gap.disturbance else ''}")
+    table = Table(columns, tuple(rows), f"{caption}, {FITTED}.{DISTURBED if d.gap.disturbance else ''}")
     time = figures.over_time(d)
     drawn = (*((time,) if time else ()), figures.growth(d.gap)) if d.gap.drifts else ()
     return Section("1.1 How large it is", "", (table,), drawn)

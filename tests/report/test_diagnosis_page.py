@@ -73,6 +73,14 @@ def test_a_page_without_a_gap_shows_no_bars_and_no_share_of_a_drift_that_is_not_
     assert "candidates" in [figure.name for part in with_gap for figure in part.figures]
 
 
+def test_the_drift_of_the_fitted_dive_is_told_apart_from_that_of_dives_and_pieces_that_were_not_fitted():
+    fitted = (
+        "drift of the simulated velocity without → with the causes, over the whole dive, which was fitted."
+    )
+    assert fitted in read(diagnosis())
+    assert "over the whole dive, which was fitted" in read(replace(diagnosis(), verdict="no_gap"))
+
+
 def test_an_interval_of_nothing_but_one_number_is_left_out():
     assert cause_words.percents(0.84, 0.94) == "84 % to 94 %"
     assert cause_words.percents(-0.001, 0.004) == cause_words.percents(NAN, 0.4) == ""
