@@ -2,6 +2,7 @@
 trims.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 
 import numpy as np
@@ -13,7 +14,7 @@ from identify.nuisance import WRITTEN, Nuisance, Quantity
 from identify.report import cells
 from identify.report.cells import Cell
 from identify.report.page import Table
-from identify.words import MISSING, decimals_for, fixed, significant, unit
+from identify.words import MISSING, decimals_for, fixed, significant, speed_unit, unit
 
 SIGNAL_WORDS = {
     "velocity": "velocity over the bottom",
@@ -153,6 +154,14 @@ CHANNELS = {
     "depth": "depth sensor",
 }
 
+SMALL = {
+    "m/s": speed_unit("m/s"),
+    "rad/s": speed_unit("rad/s"),
+    "m": (1e3, "mm"),
+    "rad": (math.degrees(1.0), "deg"),
+}
+"""Factor and unit in which a reader gets the noise of a sensor."""
+
 HEADINGS = {
     Quantity.DISTURBANCE: "Disturbance",
     Quantity.TIME_CONSTANT: "Its time constant",
@@ -201,4 +210,6 @@ def _nuisance(values: Sequence[tuple[Nuisance, float]]) -> Cell:
 
 def _words(fitted: Nuisance, value: float) -> str:
     sensor = CHANNELS.get(fitted.channel, fitted.channel)
-    return f"{sensor} {significant(value)} {WRITTEN[fitted.unit]}".strip()
+    unit = WRITTEN[fitted.unit]
+    scale, small = SMALL.get(unit, (1.0, unit))
+    return f"{sensor} {significant(scale * value, 2)} {small}".strip()

@@ -158,9 +158,9 @@ def test_what_was_fitted_beside_the_coefficients_stands_by_axis_in_words_with_un
     by_axis, others = nuisance_tables(fitted, {"alpha": 0.5})
     assert by_axis.columns == ("Axis", "Disturbance", "Its time constant", "Trim", "Sensor noise")
     assert by_axis.shown == (
-        ("surge", "0.349 N", "2.75 s", "−0.0700 N", "DVL 0.00394 m/s"),
-        ("heave", "—", "—", "—", "DVL 0.00400 m/s, depth sensor 0.00200 m"),
-        ("yaw", "—", "—", "0.000400 N m", "new_gyro 0.000200 rad/s, heading 0.0100 rad"),
+        ("surge", "0.349 N", "2.75 s", "−0.0700 N", "DVL 3.9 mm/s"),
+        ("heave", "—", "—", "—", "DVL 4.0 mm/s, depth sensor 2.0 mm"),
+        ("yaw", "—", "—", "0.000400 N m", "new_gyro 0.011 deg/s, heading 0.57 deg"),
     )
     assert others.shown == (("alpha", "0.500"),)
     assert [each.name for each in fitted][:4] == [
