@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from bridge.arrays import Array
-from bridge.vehicle.coefficients import BY_NAME, MASSES, OF_HULL
+from bridge.vehicle.coefficients import BY_NAME, MASSES, OF_HULL, ROLL
 from bridge.vehicle.config import Configuration, Water
 from bridge.vehicle.mode import word_of
 from bridge.vehicle.thrusters import NEUTRAL_US
@@ -74,24 +74,27 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Ma
 def _accuracy(answer: Identification) -> str:
     """How well masses and drag are known: `, masses to 3.1 % and dampings to 1.2 % or better given the thrust`.
 
-    An axis with linear and quadratic damping counts by the drag of both at the dive's speed, for each of them alone
-    may be nearly free.
+    Roll and pitch, which few vehicles push, would hide how well the rest is known: what turns counts by itself. An
+    axis with linear and quadratic damping counts by the drag of both at the dive's speed, for each of them alone may
+    be nearly free.
     """
     paired = {name for force in answer.drag_forces for name in (force.linear, force.quadratic)}
     known = [e for e in answer.parameters if e.identifiable and e.value and e.name in BY_NAME]
-    of_kind = {
-        kind: [
+
+    def of(kind: str, *, turning: bool) -> list[float]:
+        return [
             (e.high95 - e.low95) / 2 / abs(e.value)
             for e in known
-            if BY_NAME[e.name].kind == kind and e.name not in paired
+            if (c := BY_NAME[e.name]).kind == kind and (c.dof >= ROLL) == turning and e.name not in paired
         ]
-        for kind in ("mass", "damping")
-    }
+
     told = (f for f in answer.drag_forces if f.relative_std <= LARGEST_RELATIVE_STD)
     forces = [(f.high95 - f.low95) / 2 / f.force for f in told]
     shares = {
-        "masses": of_kind["mass"],
-        "dampings": of_kind["damping"],
+        "masses": of("mass", turning=False),
+        "inertias": of("mass", turning=True),
+        "dampings": of("damping", turning=False),
+        "rotational dampings": of("damping", turning=True),
         "drag at the dive's speeds": forces,
     }
     said = [
@@ -217,7 +220,7 @@ def comparison_section(compared: Comparison) -> Section:
             _with_interval(d.first),
             _with_interval(d.second),
             unit(d.first.unit),
-            cells.significant(d.distance, 2),
+            cells.fixed(d.distance, 2),
             "DISAGREE" if d.disagrees else "",
         )
         for d in compared.differences

@@ -166,6 +166,12 @@ def test_the_page_says_it_whether_or_not_the_methods_disagree():
         assert f"Pinn gives no D_u: {fitted.NOT_DIVED}" in section.text
 
 
+def test_how_far_two_methods_are_apart_has_hundredths_of_a_standard_error_and_no_more():
+    comparison = compare(answer_by("likelihood"), answer_by("pinn", {"M_u": 100.001}))
+    (distance,) = (row[4] for row in comparison_section(comparison).tables[0].shown if row[0] == "M_u")
+    assert distance in ("0.00", "−0.00")
+
+
 class Made:
     pass
 

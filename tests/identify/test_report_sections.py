@@ -224,7 +224,22 @@ def test_two_dampings_of_an_axis_count_by_their_drag_at_the_dive_s_speed():
     file = load_vehicle("ruvifist:hovering")
     report = identification_report([Identified(straight_dive(), file, answer, ())], {})
     told = (
-        "masses to 1.2 %, dampings to 10 % and drag at the dive's speeds to 4.0 % or better given the thrust"
+        "masses to 1.2 %, rotational dampings to 10 % and drag at the dive's speeds to 4.0 % or better given the "
+        "thrust"
+    )
+    assert told in report.verdict
+
+
+def test_a_pitch_that_no_thruster_pushed_does_not_hide_how_well_the_masses_are_known():
+    surge, pitch = estimate("M_u", 110.0, 0.7, 108.9, 111.1), estimate("I_q", 16.0, 2.3, 12.0, 20.0)
+    drag, turning = estimate("D_u", 50.0, 0.2, 49.5, 50.5), estimate("D_q", 30.0, 4.0, 24.0, 36.0)
+    answer = identification(surge, pitch, drag, turning)
+    report = identification_report(
+        [Identified(straight_dive(), load_vehicle("ruvifist:hovering"), answer, ())], {}
+    )
+    told = (
+        "masses to 1.0 %, inertias to 25 %, dampings to 1.0 % and rotational dampings to 20 % or better given the "
+        "thrust"
     )
     assert told in report.verdict
 
