@@ -86,6 +86,7 @@ figcaption { margin-top: .3em; }
   .column-picture { display: block; }
   th, td { padding-right: .5em; }
   td:not(.number):not(.short) { overflow-wrap: anywhere; }
+  tbody th.short { white-space: normal; }
   .wide, .wide tbody, .wide tr, .wide td, .wide th { display: block; }
   .wide caption { display: block; }
   .wide thead { display: none; }
@@ -271,7 +272,7 @@ def _table(table: Table) -> str:
     labels = [safe(column) for column in table.columns]
     head = "".join(f'<th scope="col"{c}>{label}</th>' for c, label in zip(classes, labels, strict=True))
     rows = "".join(
-        f'<tr><th scope="row">{safe(row[0])}</th>'
+        f'<tr><th scope="row"{classes[0]}>{safe(row[0])}</th>'
         + "".join(f'<td{classes[i]} data-label="{labels[i]}">{safe(row[i])}</td>' for i in range(1, width))
         + "</tr>\n"
         for row in table.shown

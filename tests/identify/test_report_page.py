@@ -81,6 +81,12 @@ def test_a_row_becomes_a_block_on_a_phone_where_its_unbroken_cells_leave_no_room
     assert kind("0.081 deg/s", "a sentence that is broken anywhere, however long", "0.081 deg/s") is None
 
 
+def test_the_date_that_names_a_row_stays_in_one_piece_on_a_wide_screen():
+    table = Table(("Date, UTC", "Dive"), (("2026-11-30 11:20", "a dive"),))
+    html = render_report(report(Section("Part", "", (table,))))
+    assert '<th scope="row" class="short">2026-11-30 11:20</th>' in html
+
+
 def test_a_page_stands_alone_and_runs_nothing():
     page = Page(render_report(report(Section("Part", "Words.", (TABLE,), (FIGURE,)))))
     tags = [tag for tag, _ in page.elements]
