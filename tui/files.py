@@ -244,8 +244,8 @@ class Files:
         return exit_codes.BAD_INPUT if self._failed else answered
 
 
-UNTOLD = ("report", "figures", "json", "csv", "out")
-"""The places of results are not settings."""
+UNTOLD = ("report", "figures", "json", "csv", "out", "began_unix_s")
+"""No settings: the places of results, and when the program began, which `cli.main` adds."""
 
 WRITING = "writing the page"
 

@@ -11,6 +11,7 @@ import pytest
 from bridge import exit_codes
 from bridge.errors import ConfigError, FitError, LinkLost, LogError, ParamUnverified
 from tui import cli
+from tui.files import settings
 
 ROOT = Path(__file__).resolve().parents[2]
 COMMANDS = (ROOT / "docs" / "commands.md").read_text(encoding="utf-8")
@@ -30,6 +31,12 @@ def test_every_verb_has_help_with_an_example_that_it_takes(verb, capsys):
     words = example.split()
     assert words[:2] == ["seatrial", verb]
     cli.verb_parser(verb).parse_args(words[2:])
+
+
+def test_a_page_has_among_its_settings_no_word_that_nobody_gave():
+    line = cli.verb_parser("validate").parse_args(["dives/pid", "--vehicle", "ruvifist"])
+    line.began_unix_s = 1796038321.9760191
+    assert set(settings(line)) == {"dives", "vehicle", "receipts"}
 
 
 def actions(verb):
