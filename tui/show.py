@@ -15,6 +15,7 @@ from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from itertools import zip_longest
 from pathlib import Path
+from textwrap import indent
 from typing import TYPE_CHECKING, Any, TextIO, cast
 
 import rich.table
@@ -178,9 +179,17 @@ def _listening(client: "ParameterClient") -> Iterator[None]:
 
 
 def say(console: Console, *sentences: str) -> None:
-    """Print each sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole."""
+    """Print each sentence, wrapped between words if lines have a width; a longer word, such as a path, stays whole.
+
+    Every line is as far in as the sentence begins, so that an indented one stands out as a whole.
+    """
     for sentence in sentences:
-        console.print(wrapped(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
+        console.print(_lines_of(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
+
+
+def _lines_of(sentence: str, width: int) -> str:
+    margin = " " * (len(sentence) - len(sentence.lstrip(" ")))
+    return indent(wrapped(sentence.removeprefix(margin), width - len(margin)), margin)
 
 
 @dataclass(frozen=True)

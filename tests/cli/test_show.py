@@ -174,6 +174,15 @@ def test_sentences_break_between_words_where_lines_have_a_width(monkeypatch, cap
     assert " ".join(lines[:-1]) == sentence
 
 
+def test_an_indented_sentence_is_as_far_in_on_each_of_its_lines(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "40")
+    show.say(show.results(), "  " + "word " * 20 + "end")
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) > 2
+    assert all(line.startswith(("  w", "  e")) for line in lines)
+    assert max(map(len, lines)) <= 40
+
+
 def test_sentences_stay_on_one_line_in_a_pipe(monkeypatch, capsys):
     monkeypatch.delenv("COLUMNS", raising=False)
     show.say(show.results(), "word " * 100 + "end")
