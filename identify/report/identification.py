@@ -57,9 +57,9 @@ def identification_report(answers: Sequence[Identified], curves: Mapping[str, Ma
         )
     methods = [answers[0].answer.method, *(comparison.second.method for comparison in answers[0].comparisons)]
     verdict = "; ".join(
-        f"{each.dive.name} ({each.answer.configuration}): {len(each.answer.values())} of "
+        f"{each.dive.name} ({each.answer.configuration}), {each.answer.outcome.value}: {len(each.answer.values())} of "
         f"{sum(parameter.name in OF_HULL for parameter in each.answer.parameters)} coefficients identified"
-        f"{_accuracy(each.answer)}, {each.answer.outcome.value}"
+        f"{_accuracy(each.answer)}"
         for each in answers
     )
     file = answers[-1].file

@@ -244,6 +244,16 @@ def test_a_pitch_that_no_thruster_pushed_does_not_hide_how_well_the_masses_are_k
     assert told in report.verdict
 
 
+def test_the_headline_says_that_data_and_model_disagree_before_it_says_how_well_anything_is_known():
+    answer = replace(identification(MASS), outcome=Outcome.DISAGREES)
+    report = identification_report(
+        [Identified(straight_dive(), load_vehicle("ruvifist:hovering"), answer, ())], {}
+    )
+    assert report.verdict.startswith(
+        "dive-7 (hovering), data and model disagree: 1 of 1 coefficients identified"
+    )
+
+
 def test_a_dive_shows_its_signals_with_rate_gap_and_what_was_unknown():
     (table,) = dive_section(straight_dive(), Water()).tables
     rows = {row[0]: row[1:] for row in table.shown}
