@@ -65,7 +65,7 @@ def test_identify_shows_its_values_and_writes_what_it_can(
     code = verb("identify", dive, "--method", "likelihood", *(word for both in options for word in both))
     assert code == exit_codes.BAD_INPUT
     output = capsys.readouterr()
-    assert "low 95 %" in output.out
+    assert "95 % low" in output.out
     assert "M_u" in output.out
     assert {name for name, path in at.items() if not path.exists()} == unwritten
     assert [*full.iterdir()] == []

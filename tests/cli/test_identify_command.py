@@ -134,7 +134,7 @@ def test_the_answer_is_written_and_told_before_the_page_is_drawn(minute, tmp_pat
     def drawn(*_words):
         shown = capfd.readouterr()
         reports = [reports for line in shown.err.splitlines() if (reports := read(line)) is not None]
-        seen.append((out.exists(), param.exists(), "low 95 %" in shown.out, reports))
+        seen.append((out.exists(), param.exists(), "95 % low" in shown.out, reports))
         return []
 
     monkeypatch.setattr("tui.files.Files.publish", drawn)
@@ -155,7 +155,7 @@ def test_several_dives_give_a_list_and_the_table_leaves_standard_output_to_it(mi
     assert identify(minute, minute, "--json", "-") == exit_codes.DONE
     shown = capsys.readouterr()
     assert [load["dive"]["name"] for load in json.loads(shown.out)] == ["minute", "minute"]
-    assert "low 95 %" in shown.err
+    assert "95 % low" in shown.err
 
 
 @needs_shared
@@ -177,7 +177,7 @@ def test_a_dive_of_three_seconds_says_why_nothing_can_be_identified(tmp_path, ca
         == data["parameters"][0]["reason"]
         == "the dive lasts 3 s, but identification needs at least 20 s; record a longer one"
     )
-    assert "low 95 %" not in shown.out
+    assert "95 % low" not in shown.out
 
 
 @needs_shared

@@ -283,6 +283,12 @@ def test_tables_of_the_verbs_fit_80_columns_and_none_is_cut(row, monkeypatch, ca
     assert row in [" ".join(line.split()) for line in lines]
 
 
+def test_the_ends_of_an_interval_break_behind_95_per_cent_where_their_columns_are_narrow():
+    ends = [heading for heading in identify.COLUMNS if "95" in heading]
+    lines = show.Table("", (*ends, "words"), [("0.4460", "0.4589", "word " * 30)]).lines(30)
+    assert [line.split()[:4] for line in lines[:2]] == [["95", "%", "95", "%"], ["low", "high", "words"]]
+
+
 def test_an_error_in_the_table_is_the_one_that_the_reason_names(capsys):
     """Where the likelihood falls slowly on one side, that side decides."""
     low, high = 15.5 * math.exp(-1.96 * 0.3), 15.5 * math.exp(1.96 * 0.74)

@@ -347,7 +347,7 @@ def trend_table(drift: Drift, configuration: str) -> Table:
         change, low, high = (f"{trend.percent(v):+.1f}" for v in (trend.change, trend.low95, trend.high95))
         word = ("up" if trend.change > 0 else "down") if name in drift.real else "none shown"
         lines.append((name, str(trend.count), show.number(trend.mean), change, low, high, word))
-    columns = ("name", "dives", "mean", "change %", "low 95 %", "high 95 %", "trend")
+    columns = ("name", "dives", "mean", "change %", "95 % low", "95 % high", "trend")
     return show.Table(f"{configuration}: first dive to last", columns, lines, numbers=columns[1:6])
 
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from identify.report.page import Report
 
 
-COLUMNS = ("name", "value", "low 95 %", "high 95 %")
+COLUMNS = ("name", "value", "95 % low", "95 % high")
 STD_COLUMN, GIVEN_COLUMN = "std, %", "std given thrust, %"
 PRIOR_COLUMN = "prior, %"
 LAST_COLUMN = "identifiable"
@@ -176,7 +176,7 @@ def tell(console: Console, dive: Dive, answer: Identification) -> None:
             LAST_COLUMN,
         )
         rows = [_row(parameter, reasons, priors) for parameter in answer.parameters]
-        numbers = ("value", "low 95 %", "high 95 %", std, PRIOR_COLUMN)
+        numbers = ("value", "95 % low", "95 % high", std, PRIOR_COLUMN)
         show.put(console, show.Table(title, columns, rows, numbers))
         for number, reason in enumerate(reasons, start=1):
             show.say(console, f"{number}: {reason}")

@@ -190,7 +190,7 @@ def interval_table(proposal: Proposal, knowledge: Knowledge) -> Table:
                  show.number(then["high95"]), coefficient.unit)
             )  # fmt: skip
     after_columns = ("± this dive alone", "± with known") if joined else ("± after",)
-    columns = ("name", "value", "± before", *after_columns, "low 95 %", "high 95 %", "unit")
+    columns = ("name", "value", "± before", *after_columns, "95 % low", "95 % high", "unit")
     return show.Table(
         "what each parameter would be known to, in 95 % intervals", columns, rows, numbers=columns[1:-1]
     )
