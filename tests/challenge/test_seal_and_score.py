@@ -537,3 +537,10 @@ def test_the_score_is_written_though_the_reader_of_its_tables_has_left(sealed, t
     out = tmp_path / "out.json"
     main(["challenge", "score", str(sealed[0]), "--answers", str(tmp_path), "--json", str(out)])
     assert json.loads(out.read_text(encoding="utf-8"))["rates"]
+
+
+def test_one_sealed_case_is_called_one_case(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("tui.commands.challenge.seal", lambda *_: "5ea1")
+    out = str(tmp_path / "hidden")
+    assert main(["challenge", "seal", "--cases", "1", "--seed", "7", "--out", out]) == 0
+    assert capsys.readouterr().out.startswith(f"1 case in {out}; SHA-256 of the locked answers: 5ea1")

@@ -35,7 +35,8 @@ def _seal(arguments: argparse.Namespace) -> int:
         "without": without,
     }
     show.write_json(sealed, arguments.json)
-    show.say(console, f"{arguments.cases} cases in {arguments.out}; SHA-256 of the locked answers: {digest}")
+    cases = f"{arguments.cases} case{'' if arguments.cases == 1 else 's'}"
+    show.say(console, f"{cases} in {arguments.out}; SHA-256 of the locked answers: {digest}")
     show.say(
         console,
         f"Publish that hash, which is also in {published}, before anything is diagnosed; keep {key}, which opens the "
