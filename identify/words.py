@@ -73,10 +73,12 @@ def speed_unit(per: str) -> tuple[float, str]:
 def unbroken(sentence: str) -> str:
     """The sentence for a page: no line breaks between a number and its unit, about an arrow, or within NO-GO."""
     whole = sentence.replace(" -> ", "\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}")
-    whole = whole.replace("NO-GO", "NO\N{NON-BREAKING HYPHEN}GO")
-    return re.sub(
-        r"(?<=\d) (?=%|mm/s|m/s|deg/s|rad/s|°/s|(?:s|ms|m|mm|kg|N|V|Hz)\b)", "\N{NO-BREAK SPACE}", whole
-    )
+    return with_units(whole.replace("NO-GO", "NO\N{NON-BREAKING HYPHEN}GO"), "\N{NO-BREAK SPACE}")
+
+
+def with_units(sentence: str, glue: str) -> str:
+    """The sentence with `glue` for the space between a number and its unit."""
+    return re.sub(r"(?<=\d) (?=%|mm/s|m/s|deg/s|rad/s|°/s|(?:s|ms|m|mm|kg|N|V|Hz)\b)", glue, sentence)
 
 
 def count(number: int) -> str:

@@ -33,7 +33,7 @@ from bridge.plain import to_json
 from bridge.reports import Report, Written
 from bridge.text import MARK, printable, wrapped
 from identify.progress import NO_VALUES, Steps, Values
-from identify.words import MINUS, significant
+from identify.words import MINUS, significant, with_units
 
 if TYPE_CHECKING:
     from gcs_plugin.params.client import ParameterClient
@@ -187,9 +187,14 @@ def say(console: Console, *sentences: str) -> None:
         console.print(_lines_of(sentence, console.width) if _has_width(console) else sentence, soft_wrap=True)
 
 
+GLUE = "\N{NARROW NO-BREAK SPACE}"
+
+
 def _lines_of(sentence: str, width: int) -> str:
+    """The sentence in lines, with every number on the line of its unit."""
     margin = " " * (len(sentence) - len(sentence.lstrip(" ")))
-    return indent(wrapped(sentence.removeprefix(margin), width - len(margin)), margin)
+    whole = with_units(sentence.removeprefix(margin), GLUE)
+    return indent(wrapped(whole, width - len(margin)), margin).replace(GLUE, " ")
 
 
 @dataclass(frozen=True)

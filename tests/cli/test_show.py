@@ -183,6 +183,15 @@ def test_an_indented_sentence_is_as_far_in_on_each_of_its_lines(monkeypatch, cap
     assert max(map(len, lines)) <= 40
 
 
+def test_a_number_stands_on_the_line_of_its_unit(monkeypatch, capsys):
+    monkeypatch.setenv("COLUMNS", "44")
+    show.say(show.results(), "the drift after five seconds falls to 7.7 mm/s, which closes it by some 99 %")
+    assert capsys.readouterr().out.splitlines() == [
+        "the drift after five seconds falls to",
+        "7.7 mm/s, which closes it by some 99 %",
+    ]
+
+
 def test_sentences_stay_on_one_line_in_a_pipe(monkeypatch, capsys):
     monkeypatch.delenv("COLUMNS", raising=False)
     show.say(show.results(), "word " * 100 + "end")
