@@ -76,7 +76,7 @@ def test_a_drift_beyond_noise_that_is_mostly_in_another_degree_of_freedom_is_tol
     gap = gap_of(("surge", STEADY, 1.0), drifted=drifted, before=before)
     assert drifts_elsewhere(gap) == elsewhere
     assert gap_sentence(gap).endswith(
-        "while most of the drift is in yaw" if elsewhere else "in surge, steady"
+        "while most of the drift in the fitted dive is in yaw" if elsewhere else "in surge, steady"
     )
 
 

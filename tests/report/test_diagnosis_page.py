@@ -198,6 +198,21 @@ def test_causes_that_can_not_be_told_apart_are_named_together():
     assert f"{sentence}\nLikeness: at 1 no method could tell" in read(unclear)
 
 
+@pytest.mark.parametrize(
+    ("north", "east", "towards"),
+    [
+        (-0.105, 0.179, "0.21 m/s towards 120°"),
+        (0.3, -0.001, "0.30 m/s towards 0°"),
+        (0.0, -0.5, "0.50 m/s towards 270°"),
+    ],
+)
+def test_a_current_has_its_speed_and_the_way_that_it_goes(north, east, towards):
+    parameters = {way: Value(size, "m/s", NAN, NAN) for way, size in (("north", north), ("east", east))}
+    (line,) = wording.cause_lines(diagnosis(findings=(finding_of("steady_current", parameters=parameters),)))
+    assert line.endswith(f"m/s; that is {towards}.")
+    assert "that is" not in wording.cause_lines(diagnosis())[0]
+
+
 def test_a_dive_without_a_gap_is_told_so_and_names_no_cause():
     quiet = diagnosis(verdict="no_gap", gap=gap(1.02, 1.02), findings=(), heldout=NOTHING, check=None)
     assert wording.verdict_sentence(quiet) == (
@@ -469,7 +484,7 @@ def test_a_degree_of_freedom_that_drifts_most_without_the_most_force_is_named():
     drifted = (Share("surge", "turning", 0.6), Share("sway", "steady", 0.3), Share("surge", "rest", 0.1))
     sway = replace(sway, drifted=drifted)
     assert gap_words.drifts_elsewhere(sway) == "surge"
-    elsewhere = ", while most of the drift is in surge"
+    elsewhere = ", while most of the drift in the fitted dive is in surge"
     assert wording.verdict_sentence(diagnosis(gap=sway)).endswith(
         f" Most of it lies in sway, steady{elsewhere}."
     )

@@ -110,9 +110,19 @@ def percent(share: float) -> str:
 def cause_line(finding: Finding) -> str:
     values = [value_words(name, value) for name, value in shown_parameters(finding).items()]
     values = values or _untold(finding)
-    parameters = f" Fitted: {', '.join(values)}." if values else ""
+    parameters = f" Fitted: {', '.join(values)}{_towards(finding)}." if values else ""
     doubt = f" {alike_sentence(finding)}" if finding.is_ambiguous else ""
     return f"{cause_sentence(finding)}{parameters}{doubt}"
+
+
+def _towards(finding: Finding) -> str:
+    """`; that is 0.21 m/s towards 120°`, the size and the bearing of a level vector; "" for a cause without one."""
+    north, east = (finding.parameters.get(way) for way in ("north", "east"))
+    if north is None or east is None:
+        return ""
+    size = significant(math.hypot(north.value, east.value), 2)
+    bearing = round(math.degrees(math.atan2(east.value, north.value))) % 360
+    return f"; that is {size}{unit_after(north.unit)} towards {fixed(bearing, 0)}°"
 
 
 def _untold(finding: Finding) -> list[str]:

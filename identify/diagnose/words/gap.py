@@ -87,9 +87,10 @@ def where_line(diagnosis: Diagnosis, most: int = 3) -> str:
 
 
 def gap_sentence(gap: Gap, whole: str = "it") -> str:
-    """Location of the gap, and the degree of freedom that drifts furthest if it is another one."""
+    """Location of the gap, and the degree of freedom that drifts furthest in the fitted dive if it is another one."""
     elsewhere = drifts_elsewhere(gap)
-    return where_sentence(gap, whole) + (f", while most of the drift is in {elsewhere}" if elsewhere else "")
+    drift = f", while most of the drift in the fitted dive is in {elsewhere}" if elsewhere else ""
+    return where_sentence(gap, whole) + drift
 
 
 def where_sentence(gap: Gap, whole: str = "it") -> str:
