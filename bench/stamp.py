@@ -13,7 +13,7 @@ PACKAGES = ("bench", "bridge", "gcs_plugin", "identify", "tui")
 KEEPING = ("bench/remembered.py", "bench/stamp.py", "bench/words.py")
 """What keeps results and writes them down makes no figure: a change there discards none."""
 
-SHOWING = ("gcs_plugin/", "identify/diagnose/words/", "identify/report/", "tui/")
+SHOWING = ("gcs_plugin/", "identify/diagnose/words/", "identify/report/", "identify/words.py", "tui/")
 """What puts a verb's answer into words, shows it, or sends it to a vehicle. The verb itself belongs to the answer."""
 
 _BY_NAME = re.compile(r'"((?:bench|identify)(?:\.\w+)+)"')
