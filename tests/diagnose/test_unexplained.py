@@ -92,6 +92,65 @@ def test_a_force_of_a_speed_is_named_by_it_and_one_of_turning_by_the_yaw_rate(no
     assert speeds == [["speed"], ["yaw_rate"]]
 
 
+def drawn_course(count=400):
+    """Whatever moves, pushes and is read, each by chance; the thrust is the wrench."""
+    rng = np.random.default_rng(11)
+    nu, nu_dot, thrust_n = rng.standard_normal((3, count, 6))
+    depth_m, altitude_m, voltage_v = 5.0 + rng.standard_normal((3, count))
+    return SimpleNamespace(
+        nu=nu, nu_dot=nu_dot, thrust_n=thrust_n, wrench_of=lambda thrust_n: thrust_n, since_s=0.5 * np.arange(count),
+        step_s=0.5, depth_m=depth_m, altitude_m=altitude_m, voltage_v=voltage_v, euler=rng.standard_normal((count, 3)),
+        position_m=rng.standard_normal((count, 2)), world=tuple(rng.standard_normal((3, count, 3))),
+    )  # fmt: skip
+
+
+def test_each_force_that_is_tried_is_a_product_or_power_of_what_it_is_named_by():
+    course = drawn_course()
+    (u, w), (x, z) = course.nu[:, [0, 2]].T, course.thrust_n[:, [0, 2]].T
+    share, psi, (north, east) = course.since_s / course.since_s[-1], course.euler[:, 2], course.position_m.T
+    depth, high, voltage = course.depth_m, course.altitude_m, course.voltage_v
+    far, (of_north, of_east, _) = np.hypot(north, east), course.world
+    forces = {
+        ("speed", "odd"): [force for v in (u, w) for force in (v * abs(v), v**3, np.sign(v) * abs(v) ** 0.5)]
+        + [abs(u) * w, u * abs(w)],
+        ("speed", "even"): [u**2, w**2, abs(u), abs(w), u * w],
+        ("acceleration", "odd"): [course.nu_dot[:, 0], course.nu_dot[:, 2]],
+        ("thrust", "odd"): [x, z, x * abs(x), z * abs(z), x * abs(u), z * abs(w)],
+        ("thrust", "even"): [abs(x), abs(z)],
+        ("thrust_sign", "odd"): [np.tanh(10.0 * push / push.std()) for push in (x, z)],
+        ("heading", None): [np.sin(psi), np.cos(psi), np.sin(2 * psi), np.cos(2 * psi)],
+        ("time", None): [share, share**2, share**3, share * u, share * w, share * x, share * z],
+        ("depth", None): [depth - depth.mean(), depth**2 - (depth**2).mean(), depth * u, depth * w],
+        ("altitude", None): [high - high.mean(), high**2 - (high**2).mean(), high * u, high * w],
+        ("voltage", None): [voltage - voltage.mean(), voltage * x, voltage * z],
+        ("position", None): [
+            force for k in (0, 1)
+            for force in (north * of_north[:, k], east * of_east[:, k], far * np.sign(course.nu[:, k]))
+        ],
+    }  # fmt: skip
+    found = list(unit_forces(course, [0, 2]))
+    for (variable, parity), expected in forces.items():
+        given = [force for name, of, force in found if (name, of) == (variable, parity)]
+        for force in expected:
+            assert any(np.allclose(each, force / force.std()) for each in given), (variable, parity)
+        assert len(given) == len(expected)
+    assert len(found) == sum(map(len, forces.values()))
+
+
+def test_water_follows_a_speed_within_one_and_a_half_three_six_and_twelve_seconds():
+    speed = np.concatenate([np.zeros(500), np.ones(1000)])
+    past = [
+        force for *_, force in of_the_past(SimpleNamespace(nu=np.tile(speed[:, None], 6), step_s=0.02), 0)
+    ]
+    for k, past_s in enumerate((1.5, 3.0, 6.0, 12.0)):
+        before, square, beside, apart = past[4 * k : 4 * k + 4]
+        assert np.searchsorted(before, 1.0 - np.exp(-1.0)) == pytest.approx(500 + past_s / 0.02, abs=2)
+        np.testing.assert_allclose(square, before * abs(before))
+        np.testing.assert_allclose(beside, (before - speed) * abs(before))
+        np.testing.assert_allclose(apart, (before - speed) * abs(before - speed))
+    assert len(past) == 16
+
+
 def test_a_force_that_is_little_beside_the_thrust_is_not_left(nominal, monkeypatch):
     wrench, speed = np.zeros_like(nominal.course.nu), nominal.course.nu[:, 2]
     thrust = nominal.course.wrench_of(nominal.course.thrust_n)[:, 2]
@@ -204,6 +263,17 @@ def test_water_that_moves_turns_the_hull_too(nominal, cause):
     assert left_by(course.nu[:, 0] * course.nu[:, 1], turning) > 0.1
 
 
+def test_water_turns_a_hull_by_a_lever_and_by_its_own_drift_as_munk_has_it():
+    course, force = drawn_course(), np.random.default_rng(13).standard_normal((400, 3))
+    acts = [act.wrench for act in candidates._moments(course, force)]
+    for push, moments in ((force, acts[:4]), (np.gradient(force, 0.5, axis=0), acts[4:])):
+        assert not np.any([moment[:, :3] for moment in moments])
+        of_y_and_z, of_z_and_x, ahead, back = (moment[:, 3:] for moment in moments)
+        np.testing.assert_allclose(of_y_and_z, push[:, [1, 0, 1]])
+        np.testing.assert_allclose(of_z_and_x, push[:, [2, 2, 0]])
+        np.testing.assert_allclose(np.cross(course.nu[:, :3], push), (ahead - back) * [1.0, -1.0, 1.0])
+
+
 def test_a_current_that_turns_as_it_comes_and_goes_is_kin_of_a_steady_one(nominal):
     course = nominal.course
     cause = Cause(STEADY_CURRENT, np.array([0.05, 0.02]))
@@ -238,6 +308,27 @@ def test_what_is_left_says_what_to_dive_next(nominal, variable, said):
     )
     assert said in more.manoeuvres[0]
     assert more.splits == ()
+
+
+@pytest.mark.parametrize(
+    ("variable", "dof", "timing", "said"),
+    [("speed", 0, None, "steady runs ahead and astern at three speeds"),
+     ("speed", 1, None, "steady runs to port and to starboard at three speeds"),
+     ("yaw_rate", 5, None, "steady turns both ways at three rates"),
+     ("acceleration", 2, None, "starts and stops up and down, quick and slow"),
+     ("acceleration", 5, None, "turns begun and ended both ways, quickly and slowly"),
+     ("time", 0, "drifting", "five minutes on one spot, and five more with the thrusters off"),
+     ("time", 0, None, "the same leg with a fresh and with an empty battery")],
+)  # fmt: skip
+def test_a_force_is_isolated_by_the_motion_that_is_large_where_it_is(variable, dof, timing, said):
+    """However large, or steady, the others are: a rate of turn is small in rad/s."""
+    course = drawn_course()
+    course.nu[:, :5], course.nu_dot[:, :5] = 1.0 + 50.0 * course.nu[:, :5], 50.0 * course.nu_dot[:, :5]
+    course.nu[:, 3] = course.nu_dot[:, 3] = 50.0 + 0.1 * course.nu[:, 3]
+    square = (course.nu_dot if variable == "acceleration" else course.nu)[:, dof] ** 2
+    force = 5.0 * square.mean() + square
+    more = next_for_unexplained([GenericForce(0, variable, "even", force, timing)], course, None)
+    assert more.manoeuvres == (said,)
 
 
 def test_two_of_the_strongest_are_asked_for_beside_what_tells_the_causes_apart(nominal):
@@ -303,6 +394,34 @@ def test_a_line_s_rate_is_read_between_those_of_a_spectrum(at, off):
 def test_a_line_s_rate_is_that_of_the_spectrum_where_this_ends_or_is_flat():
     rate, spectrum = np.arange(1.0, 5.0), np.array([4.0, 3.0, 3.0, 3.0])
     assert [seas._peak(rate, spectrum, at) for at in (0, 2, 3)] == [1.0, 3.0, 4.0]
+
+
+def seas_by(monkeypatch, lines, lasting_s=600.0):
+    """Cycles in a dive of its seas, by name, if the spectrum of a usual disturbance has so much more power in lines, by
+    cycles, and a hundredfold beyond 300 of them."""
+    cycles = np.arange(1, 1501)
+    power = np.where(cycles > 300, 100.0, 1.0)
+    for at, more in lines.items():
+        power[at - 1] *= more
+    spectrum = cycles / lasting_s, power / (1.0 + (cycles / lasting_s / 0.1) ** 2)
+    monkeypatch.setattr(seas, "_disturbance_spectrum", lambda _: spectrum)
+    told = [(each.name, each.variant.removesuffix(" s").replace(" and ", ", ")) for each in seas_of(None)]
+    return [(name, [lasting_s / float(period) for period in periods.split(", ")]) for name, periods in told]
+
+
+def test_a_sea_has_the_strongest_line_of_its_band_and_four_lines_within_a_fifth_of_that(monkeypatch):
+    """A current comes and goes in 15 to 200 s, waves in 1.5 to 12 s."""
+    outside = {2: 900.0, 47: 900.0, 410: 900.0}
+    of_waves = {100: 100.0, 101: 30.0, 121: 50.0, 79: 50.0, 110: 20.0, 111: 15.0, 95: 10.0, 119: 5.0, 85: 4.5}
+    found = seas_by(monkeypatch, outside | {10: 50.0, 39: 60.0} | of_waves)
+    assert [name for name, _ in found] == ["varying_current", "waves", "waves"]
+    assert found[0][1] == pytest.approx([39.0], rel=0.01)
+    assert found[1][1] == found[2][1][:1]
+    assert found[2][1] == pytest.approx([100.3, 110.3, 95.0, 119.0], rel=0.003)
+    found = seas_by(monkeypatch, {15: 3.0, 100: 100.0, 81: 4.5, 119: 3.9})
+    assert found[-1][1] == pytest.approx([100.0, 81.0], rel=0.003)
+    # A short dive tells no current by the seven rates that it resolves.
+    assert [len(seas_by(monkeypatch, {5: 50.0}, lasting_s)) for lasting_s in (120.0, 150.0)] == [1, 2]
 
 
 def test_a_sea_of_one_period_goes_with_the_rates_within_a_fifth_of_its_own_that_a_dive_resolves(nominal):
@@ -395,6 +514,8 @@ def test_a_burst_counts_from_a_hundredth_of_the_thrust_on_and_apart_from_its_cha
     monkeypatch.setattr(unexplained, "_bursts", lambda *_: [found])
     left = unexplained_of(weighing, weighing.fitted(()))
     assert any(shape is burst for shape in left.shapes) is is_left
+    # Of no cause nothing is in the place.
+    assert left.instead == 0.0
 
 
 def test_a_loud_stretch_now_and_then_is_foretold_and_one_noise_is_not():
@@ -544,6 +665,62 @@ def test_a_line_s_sidebands_are_within_twelve_rates_that_the_dive_resolves_of_it
     monkeypatch.setattr(lines, "_spectrum", lambda *_: (rates, nats))
     alone, with_sidebands = next(lines._peaks(None, None, None, None))
     assert (alone.rates, with_sidebands.rates) == ((200.0,), (200.0, 248.0))
+
+
+def test_of_a_spectrum_the_three_strongest_lines_of_ten_nats_are_told_with_six_sidebands_at_most(monkeypatch):
+    def peaks(nats_at, count=1000):
+        nats = np.zeros(count)
+        nats[[*nats_at]] = [*nats_at.values()]
+        monkeypatch.setattr(lines, "_spectrum", lambda *_: (np.arange(float(count)), nats))
+        clock = lines.Clock("time", np.zeros(1), (0.6, 60.0), np.ones(1))
+        return [[cluster.rates for cluster in line] for line in lines._peaks(clock, None, None, None)], [
+            [cluster.price_nats for cluster in line] for line in lines._peaks(clock, None, None, None)
+        ]
+
+    strong = {200: 40.0, 400: 30.0, 600: 20.0, 800: 10.5}
+    beside = {200 + 5 * k: 5.3 + 0.1 * k for k in range(1, 9)} | {195: 5.1}
+    rates, prices = peaks(strong | beside)
+    assert rates == [[(200.0,), (200.0, 240.0, 235.0, 230.0, 225.0, 220.0, 215.0)], [(400.0,)], [(600.0,)]]
+    assert prices == [[pytest.approx(3.9), pytest.approx(3.9 + 6 * 3.2)], [3.9], [3.9]]
+    assert peaks({200: 10.1, 400: 9.9})[0] == [[(200.0,)]]
+    # A dive too short for its chance level tells no line.
+    assert (peaks({40: 30.0}, 79)[0], peaks({40: 30.0}, 80)[0]) == ([], [[(40.0,)]])
+
+
+def test_a_rate_saves_one_nat_by_chance_and_those_of_a_band_are_four_for_each_that_a_dive_resolves():
+    time_s = 900.0 + 0.1 * np.arange(6001)
+
+    def spectrum(period_s, lasting=6001):
+        noise = np.random.default_rng(12).standard_normal(lasting)
+        wave = 0.3 * np.sin(2 * np.pi * time_s[:lasting] / period_s)
+        clock = lines.Clock("time", time_s[:lasting], (0.6, 60.0), np.ones(lasting))
+        return lines._spectrum(clock, noise + wave, time_s[:lasting], time_s[:lasting])
+
+    rate, nats = spectrum(np.inf)
+    assert nats.mean() == pytest.approx(1.0, abs=0.1)
+    assert (rate[0], rate[-1]) == pytest.approx((2 * np.pi / 60.0, 2 * np.pi / 0.6), rel=0.03)
+    assert np.diff(rate) == pytest.approx(2 * np.pi / 2400.0, rel=1e-3)
+    # A wave of an amplitude of 0.3 of the noise has 0.3^2 / 4 of the power of n instants.
+    best = []
+    for period_s in (3.0, 4.0, 5.0, 7.0, 11.0, 17.0):
+        rate, nats = spectrum(period_s)
+        assert 2 * np.pi / rate[np.argmax(nats)] == pytest.approx(period_s, rel=5e-3)
+        best.append(nats.max())
+    assert np.mean(best) == pytest.approx(0.0225 * 6001, rel=0.25)
+    assert [len(spectrum(np.inf, count)[0]) > 0 for count in (1199, 1202)] == [False, True]
+
+
+def test_a_line_is_one_in_time_or_in_the_way_travelled_where_its_size_goes_with_the_speed_s_square():
+    nu = np.zeros((5, 6))
+    nu[:, 1] = 0.5, -0.5, 0.25, 0.5, 1.0
+    in_time, *in_way = lines.clocks(SimpleNamespace(nu=nu, since_s=np.arange(5.0), step_s=2.0))
+    assert (in_time.by, in_time.band, in_time.size.tolist()) == ("time", (0.6, 60.0), [1.0] * 5)
+    np.testing.assert_array_equal(in_time.phase, range(5))
+    assert [(clock.by, clock.band) for clock in in_way] == [("way", (0.3, 8.0))] * 6
+    even, odd = in_way[2:4]
+    np.testing.assert_allclose(even.phase, [0.0, 1.0, 2.0, 2.5, 3.5])
+    np.testing.assert_allclose(even.size, nu[:, 1] ** 2)
+    np.testing.assert_allclose(odd.size, nu[:, 1] * abs(nu[:, 1]))
 
 
 @pytest.mark.parametrize("at_sea", [False, True])
