@@ -12,6 +12,7 @@ from fakes.planted import drawn_nominal, explained, planted_nominal
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.case import draw_case
 from identify.challenge.nearest_parameters import course_of
+from identify.diagnose import findings
 from identify.diagnose.accepted import known_with_causes, likely_accepted
 from identify.diagnose.causes import candidates, search, selection
 from identify.diagnose.causes import confidence as module
@@ -382,6 +383,43 @@ def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accep
     )
     assert twin.gain_nats < 2.0
     assert all(trial.why == "" for trial in tried if trial.gain_nats <= 7.0)
+
+
+@pytest.mark.parametrize(
+    ("causes", "gain", "sigma", "why"),
+    [
+        (6, 30.0, 3.0, "no dive tells more than 6 causes"),
+        (5, 12.4, 3.0, "too little here: 12 nats are asked for"),
+        (5, 12.5, 1.0, "not in all parts of the dive"),
+        (5, 12.5, 1.1, "in doubt: it comes and goes with what else is accepted"),
+    ],
+)
+def test_why_a_candidate_is_no_cause_is_told(monkeypatch, causes, gain, sigma, why):
+    monkeypatch.setattr(findings, "required_gain", lambda *_: 12.4)
+    explanation = SimpleNamespace(causes=("a cause",) * causes, weighing=None, fit=None)
+    assert findings._reason(explanation, gain, sigma, Cause(DEAD_ZONE, DEAD_ZONE.start())) == why
+
+
+@pytest.mark.parametrize(
+    ("gain", "fitted_gain", "shows", "told"),
+    [
+        # By the equations alone, and fitted in full with the causes.
+        (30.0, 20.0, True, (20.0, "why")), (30.0, 40.0, True, (30.0, "why")), (30.0, 5.0, True, (5.0, "")),
+        (30.0, 20.0, False, (0.0, "")), (30.0, None, True, (0.0, "")),
+        # What saves seven nats is not looked at further.
+        (7.0, 5.0, True, (7.0, "")),
+    ],
+)  # fmt: skip
+def test_a_candidate_that_is_no_cause_saves_no_more_than_beside_the_causes(
+    monkeypatch, gain, fitted_gain, shows, told
+):
+    monkeypatch.setattr(findings, "_reason", lambda *_: "why")
+    fit = SimpleNamespace(gain=100.0, causes=("a cause",))
+    with_it = (*fit.causes, SimpleNamespace(shows=shows))
+    further = fit if fitted_gain is None else SimpleNamespace(gain=100.0 + fitted_gain, causes=with_it)
+    explanation = SimpleNamespace(fit=fit, weighing=SimpleNamespace(fitted=lambda _: further))
+    trial = findings._rejected(explanation, gain, 3.0, Cause(DEAD_ZONE, DEAD_ZONE.start()))
+    assert (trial.gain_nats, trial.why, trial.accepted) == (*told, False)
 
 
 @pytest.mark.parametrize(

@@ -317,7 +317,7 @@ def test_causes_are_refitted_no_further_than_the_likelihood_of_the_filters_grows
 def test_in_waves_and_there_alone_the_tilting_of_the_hull_tells_no_mass(nominal):
     """Its Munk moments are those of speeds through the water, and a mass of theirs was 22 % off."""
     swell, drag = Cause(waves(5.0), np.full(6, 2.0)), Cause(QUADRATIC_DRAG, np.full(6, 5.0))
-    assert explained_by([swell], nominal, (swell.effect,)).now.joint.in_waves
+    assert explained_by([swell, drag], nominal, (swell.effect, *LIBRARY)).now.joint.in_waves
     assert not explained_by([drag], nominal, LIBRARY).now.joint.in_waves
     heavier, unmoved = nominal.theta.copy(), {}
     heavier[nominal.joint.mass_indices[0]] += 1.0
