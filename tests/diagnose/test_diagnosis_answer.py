@@ -161,6 +161,7 @@ def disturbed(share, driven):
         ((SURE,), left_by(100.0), 1831.0, NAN, (), "partly"),
         ((SURE,), left_by(100.0), 1831.0, 0.32, (), "unknown"),
         ((SURE,), left_by(60.0, 50.0), 100.0, 0.8, (), "unknown"),
+        ((SURE,), left_by(60.0, 40.0), 100.0, 0.8, (), "partly"),
         ((UNSURE,), left_by(100.0), 1831.0, 0.8, (), "unknown"),
         ((), left_by(100.0), 0.0, NAN, (), "unknown"),
         # Causes in whose place other forces save more are borne out by nothing; by chance, or by a form, they may.

@@ -109,6 +109,18 @@ def test_the_interval_holds_the_value_and_is_wider_where_pieces_differ():
     assert shrink.high95 - shrink.low95 > 0.05
 
 
+def test_the_interval_holds_what_95_of_100_dives_of_the_same_pieces_would_close():
+    by_piece = 4.0 + np.random.default_rng(5).gamma(2.0, 2.0, 8)
+    piece = np.repeat(np.arange(8), 2)
+    squares = np.full((2, 16, 6), np.nan)
+    squares[0, :, 0], squares[1, :, 0] = by_piece[piece], 1.5**2
+    shrink = Windows(*squares, piece).shrink(np.random.default_rng(0))
+    dice = np.random.default_rng(0)
+    before = np.sqrt([by_piece[dice.integers(8, size=8)].mean() for _ in range(400)])
+    low, high = np.percentile((before - 1.5) / (before - 1.0), [2.5, 97.5])
+    assert (shrink.low95, shrink.high95) == pytest.approx((low, high))
+
+
 def test_seas_are_noise_to_a_further_dive():
     drag = Cause(QUADRATIC_DRAG, np.array([30.0, 0, 0, 0, 0, 0]))
     sea, current = (
@@ -257,6 +269,20 @@ def test_it_is_contradicted_by_less_than_half_of_it_beyond_chance(
         == bool(contradiction_note(FORETOLD, check))
         == speaks_against
     )
+
+
+@pytest.mark.parametrize(
+    ("check", "said"),
+    [
+        (measured(0.004, -0.02, 0.02), "98 % of the drift beyond noise was foretold to close there, and none does"),
+        (measured(0.26, 0.2, 0.3), "98 % of the drift beyond noise was foretold to close there, and 26 % does"),
+        (measured(0.006, -0.02, 0.02), "98 % of the drift beyond noise was foretold to close there, and 1 % does"),
+        (Shrink(3.0, 4.6, -0.9, -1.2, -0.5, 1.25), "2.4 times what noise makes it without the causes, and 3.7 times"),
+    ],
+)  # fmt: skip
+def test_what_contradicts_is_told_with_what_was_foretold_or_both_drifts(check: Shrink, said: str) -> None:
+    assert said in contradiction_clause(FORETOLD, check)
+    assert said in contradiction_note(FORETOLD, check)[0]
 
 
 def test_what_foretells_nothing_is_not_contradicted_by_a_gap_that_stays() -> None:

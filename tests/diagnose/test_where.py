@@ -23,9 +23,11 @@ from identify.diagnose.gap.missing import (
     character_of,
     depends_on,
     disturbance_of,
+    drowned,
     hull_of,
     missing_of,
     phases_of,
+    phases_of_motion,
     power_of_drift,
     power_of_generic,
     power_of_remainder,
@@ -36,6 +38,7 @@ from identify.diagnose.gap.missing import (
 from identify.diagnose.gap.simulation import EACH, missing_wrench_of, simulation_of, slope_of
 from identify.diagnose.notes import outliers_note
 from identify.diagnose.remainder.unexplained import GenericForce, Unexplained, unexplained_of
+from identify.diagnose.result import Disturbance
 from identify.diagnose.unjudged import unjudged_notes
 from identify.effects.hydrodynamics import COUPLED_DAMPING, QUADRATIC_DRAG
 from identify.estimators.likelihood.axis import DAMPING, DISTURBANCE, TIME_CONSTANT
@@ -211,13 +214,41 @@ class TestPhases:
         phases = self.phases(nominal, nu)
         assert (phases[500], phases[1250], phases[1750]) == ("steady", "reversing", "turning")
 
+    def test_a_speed_changes_from_a_quarter_of_the_dives_quickest_change_on(self):
+        """It turns from 0.03 rad/s on."""
+        gaining = np.repeat([0.1, -0.1, 0.02, -0.02, 0.03, -0.03, 0.0, 0.0, 0.0], 100)
+        nu = np.zeros((900, 6))
+        nu[:, 0] = 0.5 + 0.1 * np.cumsum(gaining)
+        nu[700:800, 5], nu[800:, 5] = 0.029, 0.031
+        phases = [PHASES[k] for k in phases_of_motion(nu, 0.1)]
+        assert phases[50::100] == [
+            "accelerating", "decelerating", "steady", "steady", "accelerating", "decelerating", "steady", "steady",
+            "turning",
+        ]  # fmt: skip
+
+    @pytest.mark.parametrize(("most", "rest"), [(0.025, 0.02), (0.5, 0.075)])
+    def test_it_rests_below_two_centimetres_a_second_or_fifteen_per_cent_of_its_speed(self, most, rest):
+        nu = np.zeros((800, 6))
+        nu[:, 2] = np.repeat([0.98 * rest, most, 1.02 * rest, most], 200)
+        phases = [PHASES[k] for k in phases_of_motion(nu, 0.1)]
+        assert phases[100::200] == ["rest", "steady", "steady", "steady"]
+
+
+def test_thrust_is_drowned_where_the_disturbance_takes_nine_tenths_of_it_in_all_that_is_driven():
+    def drowns(*axes):
+        return drowned([Disturbance("surge", 1.0, share, driven) for share, driven in axes])
+
+    assert drowns((0.9, True), (0.95, True), (0.1, False))
+    assert not drowns((0.89, True), (0.95, True))
+    assert not drowns((0.95, False))
+
 
 def test_without_a_cause_it_lies_where_the_drift_exceeds_its_floor():
     off = np.tile([[3.0, 1.0, 0.0, 0.0, 0.0, 1.0]], (50, 1))
     off[:, 1:3] = np.nan
     floor = np.array([1.0, np.nan, np.nan, 1.0, 1.0, 1.0])
     power = power_of_drift(Drift(5.0, np.arange(50.0), off, floor), np.arange(0.0, 50.0, 0.5), range(6))
-    assert power[:, 0].min() > 0
+    np.testing.assert_allclose(power[:, 0], 3.0**2 - 1.0)
     np.testing.assert_array_equal(power[:, 1:], 0.0)
 
 
