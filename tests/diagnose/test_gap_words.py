@@ -4,8 +4,15 @@ from types import SimpleNamespace
 
 import pytest
 
-from identify.diagnose.result import Gap, Share, Slice
-from identify.diagnose.words.gap import drifts_elsewhere, gap_sentence, strength, where_line, where_sentence
+from identify.diagnose.result import Disturbance, Gap, Share, Slice
+from identify.diagnose.words.gap import (
+    disturbance_words,
+    drifts_elsewhere,
+    gap_sentence,
+    strength,
+    where_line,
+    where_sentence,
+)
 
 STEADY, TURNING = "steady", "turning"
 
@@ -95,3 +102,12 @@ def test_a_force_goes_closely_with_a_variable_from_four_tenths_on_and_hardly_bel
         "in part",
         "hardly",
     ]
+
+
+def test_a_disturbance_is_told_beside_the_thrust_or_beside_what_the_motion_takes_where_nothing_pushes():
+    assert disturbance_words(Disturbance("surge", 3.14, 0.62, True)) == (
+        "3.1 N, 62 % of the variance of the thrusters' force"
+    )
+    assert disturbance_words(Disturbance("roll", 0.2, 1.0, False, pushed=False)) == (
+        "0.20 N m, over 99 % of the variance of the force that the motion takes"
+    )

@@ -365,6 +365,24 @@ def test_what_is_left_is_told_by_the_shapes_that_foretell_it_most():
     assert character.depends_on == ("heading", "position", "speed")
 
 
+def test_the_character_of_what_is_left_is_that_of_most_nats_and_a_degree_of_freedom_counts_from_three_tenths_on():
+    shapes = [
+        (GenericForce(0, "heading", None, np.zeros(3), "drifting"), 10.5),
+        (GenericForce(1, "depth", "odd", np.zeros(3), "periodic"), 7.2),
+        (GenericForce(3, "altitude", "odd", np.zeros(3), "periodic"), 3.1),
+        (GenericForce(2, "thrust", "even", np.zeros(3), "intermittent"), 7.0),
+        (GenericForce(5, "thrust", "even", np.zeros(3), "intermittent"), 3.2),
+    ]
+    for k, told in ((0, ("world", "neither", "drifting")), (1, ("neither", "odd", "periodic")),
+                    (3, ("body", "even", "intermittent"))):  # fmt: skip
+        more = [(shape, nats + 0.5 * (at == k)) for at, (shape, nats) in enumerate(shapes)]
+        of, gains = zip(*more, strict=True)
+        character = character_of(Unexplained(of, gains, (1.0,) * 5))
+        assert (character.frame, character.parity, character.timing) == told
+    assert character.dof == ("surge", "sway", "heave", "yaw")
+    assert character.depends_on == ("heading", "depth", "altitude", "thrust")
+
+
 def drift_of(off):
     """Of windows a second apart, over floors that all of it, what hides included, came to."""
     return Drift(1.0, np.arange(len(off), dtype=float), off, np.sqrt(np.mean(off**2, axis=0)))
