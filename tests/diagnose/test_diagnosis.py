@@ -70,7 +70,7 @@ def test_a_check_dive_is_fitted_by_the_file_under_its_conditions(case, monkeypat
         diagnosed(case, DEAD_ZONE, check=check_of(case), check_file=heavier)
 
 
-@pytest.mark.parametrize("seconds", [5.0, 30.0])
+@pytest.mark.parametrize("seconds", [5.0, 20.0, 30.0])
 def test_a_dive_counts_for_as_long_as_commands_and_motion_were_both_recorded(case, seconds):
     dive = dive_of(case)
     parts = {
@@ -85,7 +85,7 @@ def test_a_dive_counts_for_as_long_as_commands_and_motion_were_both_recorded(cas
     )
     (of_check,) = short_check_note(parted)
     assert f"were recorded together for {seconds:.0f} s, too short to tell how far" in of_check
-    if seconds > 20.0:
+    if seconds >= 20.0:
         refuse_short(parted, 20.0)
         return
     said = r"both in it for 5 s of 80 s, too short to tell one cause from another; record both for 20 s or more, with"
