@@ -1,7 +1,7 @@
 """What is left beside the causes: slow forces, bursts, periods."""
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -581,6 +581,41 @@ def test_a_disturbance_is_slow_that_lasts_half_as_long_again_as_the_sea_of_the_o
     now = SimpleNamespace(joint=joint, theta=theta.ravel(), **(nothing | known))
     seas = {dof: sea.memory_s for dof, sea in slow.slow_axes(now).items()}
     assert seas == pytest.approx(found)
+
+
+@dataclass(frozen=True)
+class Slowing:
+    """Stands in for an axis that is the likelier the longer its disturbance lasts."""
+
+    axis: SimpleNamespace
+    prior_mean: Array
+    prior_precision: Array
+
+    def log_likelihood(self, theta: Array) -> float:
+        return 10.0 * float(np.exp(theta[TIME_CONSTANT])) - 500.0
+
+
+def test_a_slow_force_saves_what_its_disturbance_does_beyond_one_that_lasts_half_as_long_again_as_the_sea(
+    monkeypatch,
+):
+    climbed = []
+    monkeypatch.setattr(slow, "_disturbance", lambda *_: np.ones(3))
+    monkeypatch.setattr(
+        slow,
+        "climb",
+        lambda problem, theta, _: climbed.append((problem, theta)) or SimpleNamespace(theta=theta),
+    )
+    theta = np.zeros(5)
+    theta[TIME_CONSTANT] = np.log(9.0)
+    axis = Slowing(SimpleNamespace(dof=1), np.zeros(5), np.ones(5))
+    force = slow._slow(axis, theta, None, slow.Sea(2.0, -0.7))
+    assert (force.dof, force.gain) == (1, pytest.approx(10.0 * (9.0 - 1.5 * 2.0)))
+    (_, free), (held, start) = climbed
+    assert (free == theta).all()
+    for at, value in ((TIME_CONSTANT, np.log(3.0)), (-1, -0.7)):
+        assert start[at] == held.prior_mean[at] == pytest.approx(value)
+        assert held.prior_precision[at] > 1e5
+    assert sorted(held.prior_precision)[:3] == [1.0] * 3
 
 
 def test_a_wild_reading_is_no_blow(weighing):
