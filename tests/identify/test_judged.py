@@ -3,6 +3,7 @@ and damping, whose readings have next to no noise."""
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -263,3 +264,21 @@ def test_a_delay_beyond_what_sampling_makes_is_left_for_the_causes():
 def test_quick_commands_are_as_late_as_they_were():
     dive = with_spread_commands(one_axis(YAW, rate=True))
     assert late_samples_s(start_of(build_axes(dive, FILE, "only"), SHAPE)) == 0.0
+
+
+def test_the_axes_tell_together_how_late_slow_commands_are_each_by_what_it_knows_and_one_prior_for_all():
+    """Information of 30 and 60 beside a prior of 10; an axis whose readings were filtered tells nothing of it."""
+    axis, coloured = (
+        SimpleNamespace(sampled_s=0.2, timing=("delay",), is_coloured=is_so) for is_so in (False, True)
+    )
+    known = [SimpleNamespace(axis=each, noise_index=3) for each in (axis, axis, coloured)]
+    theta, information = np.zeros(12), np.zeros((12, 12))
+    theta[[2, 6, 10]] = 0.1, 0.4, 9.0
+    information[[2, 6, 10], [2, 6, 10]] = 30.0, 60.0, 90.0
+    joint = SimpleNamespace(
+        problems=known, slices=[slice(4 * k, 4 * k + 4) for k in range(3)], prior_precision=np.full(12, 10.0),
+        score=lambda _: (None, information),
+    )  # fmt: skip
+    assert late_samples_s(SimpleNamespace(joint=joint, theta=theta)) == pytest.approx(
+        ((30.0 + 10.0) * 0.1 + (60.0 + 10.0) * 0.4) / (30.0 + 60.0 + 10.0)
+    )
