@@ -372,6 +372,21 @@ def test_a_drag_of_another_power_is_made_up_for_by_the_forms_of_a_quadratic_one(
     assert np.linalg.norm(left) < 0.2 * np.linalg.norm(alone)
 
 
+def test_what_begins_within_the_dive_is_not_told_among_the_candidates_and_what_shows_nothing_saves_none(
+    monkeypatch,
+):
+    late = replace(QUADRATIC_DRAG, since_s=40.0)
+    ranked = [(nats, 1.0, Cause(effect, effect.start())) for nats, effect in ((3.0, DEAD_ZONE), (2.0, late))]
+    monkeypatch.setattr(findings, "ranked_candidates", lambda *_: ranked)
+    monkeypatch.setattr(findings, "_sizes_with_causes", lambda _: {})
+    weighing = SimpleNamespace(
+        library=(COUPLED_DAMPING, DEAD_ZONE, late),
+        candidates_beyond_forms=lambda _: SimpleNamespace(settings=()),
+    )
+    told = trials_of(SimpleNamespace(weighing=weighing, fit=SimpleNamespace(causes=())), ())
+    assert [(each.name, each.gain_nats) for each in told] == [("dead_zone", 3.0), ("coupled_damping", 0.0)]
+
+
 def test_every_effect_of_the_library_is_told_with_what_it_saves_beside_the_accepted_one(heavy):
     (cause,) = heavy.causes
     weight = Finding(cause, (), {}, 0.9, {}, heavy.fit.gain)
