@@ -43,7 +43,8 @@ BY_FORCE = (
 NATS = (
     "A nat is a unit of evidence: with each one more, the pieces that were held out are 2.7 times as likely with the "
     f"cause as without it. A cause is named from {LEAST_GAIN:g} nats on (about "
-    f"{100 * round(math.exp(LEAST_GAIN) / 100)} to 1), and from more beside others that are named: what one of these "
+    f"{100 * round(math.exp(LEAST_GAIN) / 100)} to 1); from more where it was sought in several forms or at several "
+    "thrusters, since one of them may fit by chance; and from more beside others that are named: what one of these "
     "makes up for, in whatever form, is no evidence for another. It is accepted where it is likelier there than not; "
     "else it is possible."
 )
