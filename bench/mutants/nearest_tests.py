@@ -1,4 +1,4 @@
-"""Which tests could notice a change of a file: those that import it, the one with the fewest imports between first."""
+"""Which tests could notice a change of a file: those that import it, those of its own folder first."""
 
 import ast
 import re
@@ -11,10 +11,18 @@ DOTTED = re.compile(rf"({'|'.join(FOLDERS)})(\.\w+)*\.?")
 
 
 def nearest_tests(root: Path, file: str) -> list[str]:
-    """Test files that import `file`, directly or through others: fewest steps first, then the smallest."""
+    """Test files that import `file`, directly or through others: those in a tests' folder of the name of the file's
+    own first, then those of the folder around it; of these fewest steps first, then the smallest."""
     steps = import_steps(root, file)
     tests = [path for path in steps if path.startswith("tests/") and Path(path).name.startswith("test_")]
-    return sorted(tests, key=lambda test: (steps[test], _size(root, test), test))
+    folders = Path(file).parts[-2::-1]
+
+    def far(test: str) -> tuple[int, int, int, str]:
+        folder = Path(test).parent.name
+        away = folders.index(folder) if folder in folders else len(folders)
+        return away, steps[test], _size(root, test), test
+
+    return sorted(tests, key=far)
 
 
 @cache

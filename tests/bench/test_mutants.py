@@ -90,6 +90,22 @@ def test_the_tests_that_import_a_module_come_before_those_that_do_so_by_another(
     ]  # fmt: skip
 
 
+def test_tests_of_the_folder_come_before_nearer_ones_of_other_folders(tmp_path):
+    tree = {
+        "identify/diagnose/causes/law.py": "",
+        "identify/run.py": "from identify.diagnose.causes import law\n",
+        "tests/ground/test_near.py": "from identify.diagnose.causes import law\n",
+        "tests/identify/test_around.py": "from identify import run\n",
+        "tests/diagnose/test_far.py": "from identify import run\n",
+        "tests/diagnose/test_own.py": "from identify.diagnose.causes import law\n",
+    }
+    planted_tree(tmp_path, tree)
+    assert nearest_tests(tmp_path, "identify/diagnose/causes/law.py") == [
+        "tests/diagnose/test_own.py", "tests/diagnose/test_far.py", "tests/identify/test_around.py",
+        "tests/ground/test_near.py",
+    ]  # fmt: skip
+
+
 def test_a_program_that_a_test_starts_and_a_fixture_count_as_imports(tmp_path):
     tree = {
         "tui/cli.py": 'def main(verb):\n    __import__(f"tui.commands.{verb}")\n',

@@ -179,6 +179,7 @@ def test_an_abort_says_what_was_sent_and_what_was_not():
 
 def test_a_list_with_holes_ends_at_the_deadline_and_names_them():
     listing = Listing(SOURCE, 0.0, 5.0)
+    assert (listing.missing, listing.complete) == ([], False)  # nobody knows yet how many there are
     listing.tick(0.0)
     listing.on_value("A", 1.0, 0, 3, SOURCE, 0.1)
     listing.on_value("C", 1.0, 2, 3, SOURCE, 0.1)
