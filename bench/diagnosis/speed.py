@@ -15,13 +15,13 @@ from pathlib import Path
 from bench.diagnosis.plan import BENCH, DEVELOPMENT, SPEED
 from bench.field.draw import draw, effects_of
 from bench.remembered import Data, Remembered
-from bench.stamp import CURVES, makes_answer, reached, stamp
+from bench.stamp import CURVES, reached, stamp
 from bench.words import blocks, in_a_word, paragraph
 from bridge.errors import FitError
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.tlog import tlog_of
 
-SOURCES = (reached("bench/diagnosis/speed.py", "tui/commands/diagnose.py", belongs=makes_answer), CURVES)
+SOURCES = (reached("bench/diagnosis/speed.py", "tui/commands/diagnose.py"), CURVES)
 DIVE, VEHICLE = "dive.tlog", "vehicle.yaml"
 LONG_S = 600.0
 GOAL_S, SLOWEST_GOAL_S = 5.0, 15.0
