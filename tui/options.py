@@ -12,6 +12,8 @@ FASTEST = "max"
 NONE_ACCEPTED = "none"
 RECEIPTS = "receipts"
 PARAMETER_SUFFIXES = (".param", ".parm", ".params")
+LONGEST_PLAN_MIN = 240
+"""A plan of more minutes is simulated for longer than a crew waits, and no battery lasts for it."""
 
 
 class Target(str):
@@ -62,6 +64,16 @@ def speed(text: str) -> float:
         return above_zero(text)
     except argparse.ArgumentTypeError as error:
         raise argparse.ArgumentTypeError(f"{error}, and not {FASTEST}") from None
+
+
+def planned_minutes(text: str) -> float:
+    """Parse the minutes of a plan: a positive number up to LONGEST_PLAN_MIN."""
+    minutes = above_zero(text)
+    if minutes > LONGEST_PLAN_MIN:
+        raise argparse.ArgumentTypeError(
+            f"a plan takes {LONGEST_PLAN_MIN} minutes at most, not {text}; plan a longer dive in parts"
+        )
+    return minutes
 
 
 def hub_port(text: str) -> int | None:
@@ -176,6 +188,10 @@ class Options:
 
     def positive(self, name: str, metavar: str, meaning: str, default: float | None = None) -> None:
         self.value(name, metavar, meaning, type=above_zero, default=default)
+
+    def plan_minutes(self, meaning: str) -> None:
+        """How long the plan may take."""
+        self.value("--minutes", "N", meaning, type=planned_minutes, default=5.0)
 
     def seconds(self, meaning: str, default: float | None = None) -> None:
         self.value("--seconds", "N", meaning, type=seconds, default=default)

@@ -435,7 +435,7 @@ def _plan(options: Options) -> None:
         "start from the knowledge of this dive: a recording, or the JSON that identify wrote of one",
     )
     options.columns()
-    options.positive("--minutes", "N", "total time", 5.0)
+    options.plan_minutes("total time")
     options.positive("--space", "METRES", "room across", 6.0)
     options.positive(
         "--depth-space",
@@ -501,7 +501,7 @@ def _fly(options: Options) -> None:
 def _calibrate(options: Options) -> None:
     _flight(options)
     options.value("--plan", "FILE", "fly this plan instead of making one")
-    options.positive("--minutes", "N", "longest flight that is planned", 5.0)
+    options.plan_minutes("longest flight that is planned")
     options.receipts("folder for the receipt of the upload")
 
 

@@ -160,6 +160,10 @@ def test_what_does_not_fit_is_answered_with_no(here, capsys):
     [
         (["--vehicle", "ruvifist"], "name one: --vehicle FILE:CONFIGURATION"),
         (["--vehicle", "ruvifist:hovering", "--minutes", "0"], "not a number above 0"),
+        (
+            ["--vehicle", "ruvifist:hovering", "--minutes", "1e9"],
+            "240 minutes at most, not 1e9; plan a longer dive",
+        ),
         (["--vehicle", "ruvifist:hovering", "--axes", "roll"], "roll"),
         (["--vehicle", "ruvifist:hovering", "--out", "plan.txt"], "must end in .yaml or .yml"),
         (["--vehicle", "ruvifist:hovering", "--after", "nowhere.json"], "nowhere.json"),
