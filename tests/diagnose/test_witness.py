@@ -37,7 +37,7 @@ def case_and_nominal():
 @pytest.fixture(scope="module")
 def turning():
     """A dive that turns round more than once."""
-    case = draw_case(310_000, names=[], seconds=300.0)
+    case = draw_case(310_000, names=[], seconds=150.0)
     dive = dive_of(case)
     assert np.ptp(np.unwrap(euler_angles(dive.attitude.value)[2])) > 2.0 * np.pi
     return case, dive
