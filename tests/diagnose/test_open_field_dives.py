@@ -37,6 +37,7 @@ def diagnosis_of(name: str, seconds: float) -> Diagnosis:
     return diagnose(begun(f"{name}/dive.tlog.gz", seconds), vehicle(), "rov", progress=lambda *_: None)
 
 
+@pytest.mark.slow
 @short_or_whole
 def test_of_a_hull_with_nothing_hidden_its_drag_alone_is_told(seconds):
     diagnosis = diagnosis_of("open_1", seconds)
