@@ -148,7 +148,7 @@ def until_stopped(
 
     stop = threading.Event()
     start_s = clock.boot_s()
-    with _set_by_signals(stop), ThreadPoolExecutor(1) as pool:
+    with _on_signals(stop.set, signal.SIGINT, signal.SIGTERM), ThreadPoolExecutor(1) as pool:
         job = pool.submit(work, stop)
         try:
             while not (job.done() or stop.is_set()) and (
@@ -163,15 +163,29 @@ def until_stopped(
 
 
 @contextmanager
-def _set_by_signals(stop: threading.Event) -> Iterator[None]:
+def interrupted_in_order() -> Iterator[None]:
+    """Let SIGTERM and a closed terminal raise KeyboardInterrupt, as Ctrl-C does, so that a job can say that it was cut.
+
+    Under nohup, which ignores a closed terminal, the job goes on.
+    """
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    with _on_signals(interrupt, signal.SIGTERM):
+        yield
+
+
+@contextmanager
+def _on_signals(handle: Callable[[], None], *always: signal.Signals) -> Iterator[None]:
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    numbers = [signal.SIGINT, signal.SIGTERM]
+    numbers = [*always]
     # Of a terminal that is closed; under nohup, which ignores it, the run goes on.
     if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) == signal.SIG_DFL:
         numbers.append(signal.SIGHUP)
-    before = {number: signal.signal(number, lambda *_: stop.set()) for number in numbers}
+    before = {number: signal.signal(number, lambda *_: handle()) for number in numbers}
     try:
         yield
     finally:

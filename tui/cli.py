@@ -5,6 +5,7 @@ import contextlib
 import difflib
 import gc
 import importlib
+import io
 import math
 import os
 import signal
@@ -27,6 +28,7 @@ STOPPED = "stopped before it was done"
 
 def command() -> int:
     """Run `main` as a whole process, without the collector's slow last pass: the system frees all memory anyway."""
+    _mark_characters_beyond_the_locale()
     try:
         code = main(began_unix_s=BEGAN_UNIX_S)
         # All output is written: an interrupt now would only disturb the interpreter's exit.
@@ -34,6 +36,13 @@ def command() -> int:
         return code
     finally:
         gc.freeze()
+
+
+def _mark_characters_beyond_the_locale() -> None:
+    """Let both outputs write a mark for a character that their encoding lacks, such as a table's rule in Latin-1."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper) and not stream.encoding.lower().startswith("utf"):
+            stream.reconfigure(errors="replace")
 
 
 def main(argv: Sequence[str] | None = None, began_unix_s: float = math.inf) -> int:

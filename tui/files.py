@@ -28,8 +28,14 @@ if TYPE_CHECKING:
     from identify.dive import Dive
     from identify.report.page import Report
 
-READ = ("dives", "dive", "folder", "file", "files", "after", "mission", "check", "against", "accepted")
+READ = (
+    *("dives", "dive", "folder", "file", "files", "log", "after", "mission", "check", "against"),
+    *("accepted", "foretold", "plan", "limits", "key", "sign_key"),
+)
 """Words and options of all verbs that name files or folders to read, besides the vehicle file and its column map."""
+
+ANSWERS = "case_*.json"
+"""The files that `challenge score` reads in the folder of --answers."""
 
 VEHICLES = ("vehicle", "otherwise")
 """Options of all verbs that name a vehicle file."""
@@ -119,6 +125,9 @@ def _inputs(arguments: argparse.Namespace) -> Iterator[Path]:
             for path in map(Path, [word, word.partition(":")[0], *glob.glob(word, recursive=True)]):
                 yield from (place for place in (path, *_sidecars(path)) if path.name and place.is_file())
                 yield from _of_dives(path)
+    answers = getattr(arguments, "answers", None)
+    if answers is not None:
+        yield from filter(Path.is_file, Path(answers).glob(ANSWERS))
     columns = getattr(arguments, "columns", None)
     if columns is not None:
         yield from _first(Path(columns), CONFIGS / "columns" / f"{columns}.yaml")

@@ -140,6 +140,8 @@ def read_json(path: Path) -> dict[str, Any]:
         raise UsageError(f"{path}: {why_unread(error)}; give the file that --json wrote") from None
     except ValueError:
         raise UsageError(f"{path}: is no JSON; give the file that --json wrote") from None
-    if not isinstance(data, dict):
+    if isinstance(data, list):
         raise UsageError(f"{path}: holds the results of several dives; identify one dive and give its file")
+    if not isinstance(data, dict):
+        raise UsageError(f"{path}: holds no result of a dive; give the file that --json wrote")
     return data

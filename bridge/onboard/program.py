@@ -57,6 +57,9 @@ def main(argv: "Sequence[str] | None" = None) -> int:
     except SeatrialError as error:
         say(f"seatrial-bridge: {error}")
         return exit_codes.of(error)
+    except KeyboardInterrupt:  # while it loads: once it runs, Ctrl-C ends it in order
+        say("seatrial-bridge: stopped before it was done")
+        return exit_codes.INTERRUPTED
     except OSError as error:
         say(
             f"seatrial-bridge: {error.filename or 'the disk'}: {error.strerror or error}; check path, rights and disk"

@@ -133,6 +133,19 @@ def test_a_file_that_is_missing_a_folder_or_rubbish_says_which_and_what_to_give(
         assert f"{bad}: {sentence}" in refused(*words)
 
 
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("[{}, {}]", "holds the results of several dives; identify one dive and give its file"),
+        ("3", "holds no result of a dive; give the file that --json wrote"),
+    ],
+)
+def test_json_of_something_else_is_told_for_what_it_is(refused, tmp_path, text, words):
+    path = tmp_path / "a.json"
+    path.write_text(text, encoding="utf-8")
+    assert f"{path}: {words}" in refused("prior", path, "--vehicle", VEHICLE)
+
+
 def test_a_folder_in_place_of_stored_parameters_stays_where_it_is(tmp_path, refused):
     line = ["--vehicle", VEHICLE, "--parameters", str(tmp_path)]
     for verb in (["simulate", "--mission", "survey"], ["bridge", "--link", "udpout:127.0.0.1:9"]):
@@ -154,6 +167,8 @@ MISPLACED = [
     ("import", "no.tlog", "--out", "/dev"),
     ("plan", "--vehicle", "nobody", "--out", "x.txt"),
     ("params", "show", "--link", "carrier:pigeon", "--out", "x.txt"),
+    ("calibrate", "--limits", "no.yaml", "--vehicle", "nobody", "--out", "/dev/null/x"),
+    ("calibrate", "--limits", "no.yaml", "--vehicle", "nobody", "--receipts", "/dev/null/x"),
 ]
 
 
@@ -199,7 +214,9 @@ def place(tmp_path, monkeypatch):
     Path("our.yaml").write_text(vehicle, encoding="utf-8")
     shutil.copy(ROOT / "configs" / "thrusters" / "t200.csv", "t200.csv")
     Path("dives/one").mkdir(parents=True)
-    for name in ("d.tlog.gz", "map.yaml", "a.json", "a.param", "a.param.json", "m.yaml", "a.json.json",
+    Path("answers").mkdir()
+    for name in ("d.tlog.gz", "map.yaml", "a.json", "a.param", "a.param.json", "m.yaml", "a.json.json", "a.BIN", "key",
+                 "answers/case_001.json", "limits.yaml",
                  "dives/one/telemetry.tlog", "dives/one/dive.yaml"):  # fmt: skip
         Path(name).write_bytes(RECORDED)
     os.symlink("d.tlog.gz", "soft.html")
@@ -231,6 +248,23 @@ VEHICLE_FILE = ("--vehicle", "our.yaml")
         (("simulate", *VEHICLE_FILE, "--mission", "m.yaml", "--json", "m.yaml"), "m.yaml"),
         (("simulate", *VEHICLE_FILE, "--mission", "m.yaml", "--parameters", "our.yaml"), "our.yaml"),
         (("params", "diff", "a.param", "--link", "udpin:127.0.0.1:1", "--json", "a.param"), "a.param"),
+        (("vehicle", "guess", "a.BIN", "--json", "a.BIN"), "a.BIN"),
+        (("fly", "m.yaml", "--limits", "limits.yaml", *VEHICLE_FILE, "--json", "m.yaml"), "m.yaml"),
+        (("fly", "m.yaml", "--limits", "limits.yaml", *VEHICLE_FILE, "--json", "limits.yaml"), "limits.yaml"),
+        (
+            ("calibrate", "--plan", "m.yaml", "--limits", "a.json", *VEHICLE_FILE, "--json", "m.yaml"),
+            "m.yaml",
+        ),
+        (
+            ("validate", "d.tlog.gz", *VEHICLE_FILE, "--foretold", "a.param", "--json", "a.param.json"),
+            "a.param.json",
+        ),
+        (("doctor", "--link", "udpin:127.0.0.1:1", "--sign-key", "key", "--json", "key"), "key"),
+        (("challenge", "score", "x", "--key", "key", "--answers", "answers", "--json", "key"), "key"),
+        (
+            ("challenge", "score", "x", "--answers", "answers", "--json", "answers/case_001.json"),
+            "answers/case_001.json",
+        ),
         (("dives", "dives", "--otherwise", "our.yaml", "--json", "our.yaml"), "our.yaml"),
         (("dives", "dives", "--json", "dives/one/telemetry.tlog"), "dives/one/telemetry.tlog"),
     ],
@@ -288,3 +322,30 @@ def test_a_file_that_is_no_text_for_a_pipe_is_not_written_under_the_name_of_a_da
     monkeypatch.chdir(tmp_path)
     assert words in refused(*line.split())
     assert not any(tmp_path.iterdir())
+
+
+WITHOUT_USE = {
+    "plan --vehicle ruvifist:hovering --columns bolt": "--columns bolt: is for a recording that --after names",
+    "plan --vehicle ruvifist:hovering --after hull.json --columns bolt": "--columns bolt: is for a recording",
+    "plan --vehicle ruvifist:hovering --after d.tlog --columns bolt": "d.tlog needs no column map; leave it out",
+    "record --next --name second": "--name: the recording that runs keeps what it was begun with; leave it out",
+    "record --end --seconds 5 --heartbeat": "--seconds, --heartbeat: the recording that runs keeps what",
+    "fetch --name second": "--name is for --new; a dive that was heard has its own",
+    "fetch --vehicle ruvifist --system 2": "--vehicle and --system are for --new",
+    "simulate --vehicle ruvifist:hovering --mission idle --link udpout:127.0.0.1:9 --seconds 0.1 --mode both": (
+        "--mode: an idle vehicle keeps the mode of its --parameters; leave it out, and switch it with `seatrial ff`"
+    ),
+    "simulate --vehicle ruvifist:hovering --mission idle --link udpout:127.0.0.1:9 --seconds 0.1 --json -": (
+        "--json: nothing is dived, so there is nothing to write; leave it out"
+    ),
+}
+
+
+@pytest.mark.parametrize(("line", "words"), WITHOUT_USE.items())
+def test_an_option_that_the_others_leave_without_use_is_refused_and_not_passed_over(
+    refused, tmp_path, monkeypatch, line, words
+):
+    monkeypatch.chdir(tmp_path)
+    Path("hull.json").write_text("{}", encoding="utf-8")
+    Path("d.tlog").write_bytes(LETTER)
+    assert words in refused(*line.split())

@@ -1,5 +1,6 @@
 """The frame of the `seatrial` command: verbs, help, exit codes, one sentence an error."""
 
+import os
 import re
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import pytest
 
 from bridge import exit_codes
 from bridge.errors import ConfigError, FitError, LinkLost, LogError, ParamUnverified
+from bridge.onboard import program
 from tui import cli
 from tui.files import settings
 
@@ -156,6 +158,42 @@ def test_control_c_after_all_is_done_changes_nothing_any_more():
         [sys.executable, "-c", program], capture_output=True, text=True, cwd=ROOT, check=False
     )
     assert (done.returncode, done.stderr) == (5, "")
+
+
+def test_control_c_while_the_vehicles_program_loads_is_one_sentence(monkeypatch, capsys):
+    def interrupted(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(program, "run", interrupted)
+    line = ["--vehicle", "ruvifist:hovering", "--link", "udpout:127.0.0.1:9"]
+    assert program.main(line) == exit_codes.INTERRUPTED
+    assert capsys.readouterr().err == "seatrial-bridge: stopped before it was done\n"
+
+
+SHOWS = """
+import sys
+from tui import cli
+from tui.show import Table, put, results
+
+def shown(**_):
+    put(results(), Table("", ("speed",), [("\u2248 3 \u00b1 1",)]))
+    return 0
+
+cli.main = shown
+sys.exit(cli.command())
+"""
+
+
+def test_a_terminal_whose_locale_lacks_a_character_shows_a_mark_in_its_place():
+    done = subprocess.run(
+        [sys.executable, "-c", SHOWS],
+        capture_output=True,
+        cwd=ROOT,
+        check=False,
+        env=os.environ | {"PYTHONIOENCODING": "latin-1"},
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert "? 3 \u00b1 1" in done.stdout.decode("latin-1")
 
 
 RUNS = """

@@ -1,7 +1,9 @@
 """`simulate` and `bridge`: dives by the simulated vehicle, and the vehicle's side on a link."""
 
 import json
+import os
 import shutil
+import signal
 import socket
 import struct
 import threading
@@ -183,10 +185,15 @@ def test_a_dive_that_can_not_be_says_why(tmp_path, monkeypatch, words, sentence,
     assert not (tmp_path / "dives").exists()
 
 
-def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(tmp_path, mission, monkeypatch, capsys):
+@pytest.mark.parametrize(
+    "how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=["Ctrl-C", "kill", "closed"]
+)
+def test_a_dive_that_is_stopped_says_in_its_folder_that_it_was_cut(
+    tmp_path, mission, monkeypatch, capsys, how
+):
     def stop(share):
         if share > 0.5:
-            raise KeyboardInterrupt
+            os.kill(os.getpid(), how)
 
     monkeypatch.setattr("tui.show._lines", lambda *_, **__: lambda report: stop(report.share))
     assert simulate(tmp_path, mission) == exit_codes.INTERRUPTED

@@ -241,6 +241,18 @@ def test_every_link_of_a_page_leads_somewhere():
         assert [link for link in inside if not leads_somewhere(page, link)] == [], page
 
 
+def test_every_page_that_the_program_names_is_there():
+    """In a message a crew reads the path of a page, and opens it."""
+    named = {
+        (str(file.relative_to(TREE)), page)
+        for package in ("bridge", "gcs_plugin", "identify", "tui")
+        for file in (TREE / package).rglob("*.py")
+        for page in re.findall(r"docs/[\w/]+\.md", file.read_text(encoding="utf-8"))
+    }
+    assert ("bridge/flight/limits.py", "docs/howto/fly_a_plan.md") in named
+    assert [(file, page) for file, page in sorted(named) if not (TREE / page).is_file()] == []
+
+
 def leads_somewhere(page, link):
     path, _, heading = link.partition("#")
     target = (TREE / page).parent / path if path else TREE / page

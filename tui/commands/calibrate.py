@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge import exit_codes
+from bridge.command_line import check_folder
 from bridge.exit_codes import UsageError
 from bridge.flight.flight import End
 from bridge.flight.limits import FlightLimits, load_limits
@@ -37,6 +38,9 @@ MOST_SPEED_M_S, MOST_ROOM_M = 0.5, 6.0
 
 
 def run(arguments: argparse.Namespace) -> int:
+    check_folder("--out", arguments.out)
+    # The upload comes after the flight: too late to find that out then.
+    check_folder("--receipts", arguments.receipts)
     limits = load_limits(Path(arguments.limits))
     file = load_vehicle(arguments.vehicle)
     configuration = file.configuration_chosen()

@@ -51,6 +51,8 @@ HURT_BEYOND = (
     "The vehicle's recording is damaged before or after this dive (places: {count}), which costs it nothing"
 )
 OF_WHOLE = ("damaged_beyond", "holes", "lost", "beyond", "guessed")
+OF_NEW = ("minutes", "name", "vehicle", "system")
+"""Options of --new alone."""
 FETCH_SHARE = 0.9
 """Share of the work; the rest is merging both recordings."""
 
@@ -58,8 +60,12 @@ FETCH_SHARE = 0.9
 def run(arguments: argparse.Namespace) -> int:
     if arguments.new and arguments.dive:
         raise UsageError(f"{arguments.dive}: --new makes a folder of its own; leave one of both out")
-    if arguments.minutes and not arguments.new:
-        raise UsageError("--minutes is for --new; a dive that was heard has its own beginning and end")
+    given = [f"--{name}" for name in OF_NEW if getattr(arguments, name)]
+    if given and not arguments.new:
+        raise UsageError(
+            f"{' and '.join(given)} {'is' if len(given) == 1 else 'are'} for --new; a dive that was heard has its own "
+            "beginning and end, name and vehicle"
+        )
     file = load_vehicle(arguments.vehicle) if arguments.vehicle else None
     about = about_vehicle(file, file.configuration or "") if file else About()
     clock = clocks.SystemClock()

@@ -34,7 +34,7 @@ from tui import show
 from tui.accepted_priors import AGEING
 from tui.files import Files
 from tui.parameter_files import read_json
-from tui.recordings import recording_at
+from tui.recordings import column_map_for, recording_at
 from tui.show import Table
 from tui.verbs import AXES
 
@@ -85,12 +85,18 @@ def _tank(
     file: VehicleFile, source: str | None, columns: str | None, progress: Steps
 ) -> tuple[Tank, tuple[str, ...]]:
     """The vehicle with all that is known after `source`, a dive or the identification of one; None for no dive. And how
-    the conditions of that dive change its file, in sentences: the next is taken to be made under the same."""
+    the conditions of that dive change its file, in sentences: the next is taken to be made under the same. Raises
+    UsageError for a column map that no recording here needs."""
+    of_recording = source is not None and Path(source).suffix != JSON_SUFFIX
+    if columns and not of_recording:
+        raise exit_codes.UsageError(
+            f"--columns {columns}: is for a recording that --after names, and none is named; leave it out"
+        )
     if source is None:
         return before_dives(file), ()
-    if Path(source).suffix == JSON_SUFFIX:
+    if not of_recording:
         return after_identification(read_json(Path(source)), file, source), ()
-    reading = read(recording_at(Path(source)), file, Path(columns) if columns else None)
+    reading = read(recording_at(Path(source)), file, column_map_for(columns, (source,)))
     tank = after_dive(reading.dive, reading.file, source, progress)
     return tank, tuple(f"{remark}." for remark in reading.remarks)
 

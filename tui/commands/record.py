@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from bridge import clock as clocks
 from bridge import command_line, exit_codes
@@ -31,11 +31,19 @@ from tui import show
 from tui.links import refuse_second, words_of
 
 MOST_NOTICES = 5
+OF_BEGINNING: Final = ("name", "vehicle", "same_conditions", "seconds", "heartbeat")
+"""Options that say how a recording begins: one that runs already can't take them."""
 
 
 def run(arguments: argparse.Namespace) -> int:
     clock = clocks.SystemClock()
     if arguments.next or arguments.end:
+        given = [f"--{name.replace('_', '-')}" for name in OF_BEGINNING if getattr(arguments, name)]
+        if given:
+            raise exit_codes.UsageError(
+                f"{', '.join(given)}: the recording that runs keeps what it was begun with; leave it out, or end that "
+                "one and begin another"
+            )
         return order(arguments, clock)
     check_folder("--out", arguments.out)
     refuse_second(arguments.link)

@@ -50,6 +50,12 @@ def run(arguments: argparse.Namespace) -> int:
         check_folder("--out", arguments.out)
         if arguments.seconds is not None:
             raise UsageError("--seconds: a dive lasts as long as its mission; leave it out")
+    if arguments.mission in (IDLE, ARDUSUB) and arguments.json:
+        raise UsageError("--json: nothing is dived, so there is nothing to write; leave it out")
+    if arguments.mission == IDLE and arguments.mode:
+        raise UsageError(
+            "--mode: an idle vehicle keeps the mode of its --parameters; leave it out, and switch it with `seatrial ff`"
+        )
     if arguments.mission == IDLE and not arguments.link:
         raise UsageError("--mission idle waits for a ground on a link; give --link SPEC")
     file = load_vehicle(arguments.vehicle)
@@ -116,7 +122,7 @@ def dive(
             "--parameters FILE of an idle one, or give --mode off"
         )
     truth = wanted_truth(arguments, file, configuration, WARM_UP_S + mission.duration_s)
-    with show.progress(f"dive {mission.name}") as tell:
+    with command_line.interrupted_in_order(), show.progress(f"dive {mission.name}") as tell:
         folder = simulated.record_dive(
             file,
             configuration,
