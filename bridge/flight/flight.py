@@ -9,7 +9,7 @@ return ends in HOLDING, and that by disarming. A flight that ended is over: noth
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from typing import Final
 
@@ -19,7 +19,7 @@ from bridge.flight.transit import HEAVE_M_S, Transit
 from bridge.text import beyond
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.navigation import Navigation, known_at
-from bridge.vehicle.references import ZERO6, Reference
+from bridge.vehicle.references import ZERO6, Push, Reference
 
 CONFIRM_S: Final = 0.25
 """A limit ends the flight once it has been exceeded for so long, so that a single bad reading does not."""
@@ -33,6 +33,10 @@ which flies it has died: the heartbeats that still come may be another's."""
 LATE_TIMES, LATE_S = 3.0, 30.0
 """A transit may take this many times its planned time, and this much longer."""
 COUNTDOWN_S: Final = (3.0, 60.0)
+RUNS_AWAY_S, RUNS_DOWN_M = 3.0, 1.0
+"""On its way back, and while it holds, it is disarmed where it has been faster than its limit for so long, or so much
+deeper than both its limit and where its flight ended: then the thrusters don't brake it. They, or a sensor, may be
+turned round, and every push makes it worse."""
 
 
 class State(IntEnum):
@@ -104,7 +108,9 @@ LACKING: Final = {
 }
 """Why no flight can begin without it, and the remedy."""
 HIGHEST_M: Final = -0.5
-"""No hull in water is higher, in the deepest low: of one that seems to be, depth is off by as much, and its limits."""
+"""No hull in water is higher, in the deepest low: of one that seems to be, depth is off by as much, and its limits. One
+that went by it would dive for a depth that it never finds."""
+NO_HEAVE: Final[Push] = (None, None, 0.0, None, None, None)
 BLIND: Final = tuple(LACKING)
 """Without one of these the way back can't be steered, so the vehicle holds where it is."""
 
@@ -143,6 +149,7 @@ class Flight:
         self._held: Reference | None = None
         self._exceeded: dict[End, float] = {}
         self._altitude_s = self._voltage_s = 0.0
+        self._lowest_m = math.inf
 
     @property
     def left_s(self) -> float:
@@ -227,13 +234,13 @@ class Flight:
         elif self.state is State.HOLDING and inputs.time_s >= self._until_s:
             self.disarms = True
             self._idle(self.end)
-        return self._reference(dt_s)
+        return self._reference(dt_s, navigation)
 
-    def _reference(self, dt_s: float) -> Reference | None:
+    def _reference(self, dt_s: float, navigation: Navigation) -> Reference | None:
         if self.state is State.FLYING and self._mission is not None:
             return self._mission.reference(self._time_s - self._since_s)
         if self.state is State.HOLDING and self._held is not None:
-            return self._held
+            return replace(self._held, push=NO_HEAVE) if navigation.depth_m < HIGHEST_M else self._held
         if self.state in (State.GOING, State.WAITING, State.RETURNING) and self._transit is not None:
             return self._transit.step(self.pose, dt_s)
         return None
@@ -252,10 +259,23 @@ class Flight:
         elif self.state in UNDER_WAY:
             if end := self._exceeds(inputs, navigation):
                 (self._hold if end in BLIND else self._return)(end)
+        elif end := self._runs_away(navigation):
+            self.disarms = True
+            self._idle(end)
         elif self.state is State.RETURNING:
             tilted = self._confirmed(End.TILT, tilt_rad(navigation) > self._bounds.tilt_rad)
-            if _blind(navigation) or tilted or inputs.time_s >= self._until_s:
+            aloft = self._confirmed(End.NO_DEPTH, navigation.depth_m < HIGHEST_M)
+            if _blind(navigation) or tilted or aloft or inputs.time_s >= self._until_s:
                 self._hold(self.end)
+
+    def _runs_away(self, navigation: Navigation) -> End:
+        """The limit beyond which a vehicle that goes back, or holds, gets all the same; End.NONE if it does not."""
+        exceeded = {
+            End.SPEED: math.hypot(*navigation.velocity) > self._bounds.speed_m_s,
+            End.DEPTH: navigation.depth_m > self._lowest_m,
+        }
+        confirmed = [end for end, is_over in exceeded.items() if self._confirmed(end, is_over, RUNS_AWAY_S)]
+        return confirmed[0] if confirmed else End.NONE
 
     def _exceeds(self, inputs: FlightInputs, navigation: Navigation) -> End:
         """The first limit that is exceeded, End.NONE if none is."""
@@ -279,6 +299,7 @@ class Flight:
         deep, high = navigation.depth_m > limits.deepest_m, navigation.depth_m < limits.shallowest_m
         at_work = self.state in (State.WAITING, State.FLYING)
         exceeded = {
+            End.NO_DEPTH: navigation.depth_m < HIGHEST_M,
             End.DEPTH: deep or (high and at_work),
             End.ALTITUDE: limits.altitude_m > 0 and low_altitude,
             End.DISTANCE: self.pose.distance_m(self._began) > limits.distance_m,
@@ -289,12 +310,12 @@ class Flight:
         confirmed = [end for end, is_over in exceeded.items() if self._confirmed(end, is_over)]
         return confirmed[0] if confirmed else End.NONE
 
-    def _confirmed(self, end: End, is_over: bool) -> bool:
+    def _confirmed(self, end: End, is_over: bool, for_s: float = CONFIRM_S) -> bool:
         """Whether a limit has been exceeded for long enough."""
         if not is_over:
             self._exceeded.pop(end, None)
             return False
-        return self._time_s - self._exceeded.setdefault(end, self._time_s) >= CONFIRM_S
+        return self._time_s - self._exceeded.setdefault(end, self._time_s) >= for_s
 
     @property
     def _bounds(self) -> FlightLimits:
@@ -324,9 +345,18 @@ class Flight:
 
     def _return(self, end: End) -> None:
         self.end = end
+        self._turn_back()
         self._go(State.RETURNING, self._began)
 
+    def _turn_back(self) -> None:
+        """From here on it has to brake, and must get no deeper."""
+        self._lowest_m = max(self._bounds.deepest_m, self.pose.depth_m) + RUNS_DOWN_M
+        for end in (End.SPEED, End.DEPTH):
+            self._exceeded.pop(end, None)
+
     def _hold(self, end: End) -> None:
+        if self.state in UNDER_WAY:
+            self._turn_back()
         self.state, self.end = State.HOLDING, end
         depth_m = min(max(self.pose.depth_m, 0.0), self._bounds.deepest_m)
         self._held = Reference(ZERO6, ZERO6, self.pose.heading_rad, depth_m)

@@ -9,6 +9,7 @@ so that a half-heard manoeuvre is never flown. An order repeated under the same 
 again. The ground that flies says HERE all the while, so that its silence is noticed where another ground beats.
 """
 
+import math
 import struct
 import zlib
 from collections.abc import Sequence
@@ -60,6 +61,8 @@ def leg_numbers(number: int, leg: Leg) -> Seven:
 def leg_of(numbers: Sequence[float]) -> Leg:
     """The leg in the numbers of its command. Raises ConfigError if they are none."""
     _, duration_s, transient_s, alternate, axes, *values = numbers
+    if not all(map(math.isfinite, numbers)):
+        raise ConfigError("a leg's number is no finite one")
     if not (
         axes.is_integer()
         and alternate.is_integer()

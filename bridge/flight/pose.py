@@ -2,9 +2,15 @@
 
 import math
 from dataclasses import dataclass
+from typing import Final
 
 from bridge.attitude import down_in_body
+from bridge.flight.limits import MOST
 from bridge.vehicle.navigation import Navigation
+
+FASTEST_M_S: Final = MOST["speed_m_s"]
+"""No flight is this fast: a DVL's reading that is counts for up to a second, and would lead the way back astray by as
+many metres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,14 +30,15 @@ class Pose:
 def dead_reckoned(pose: Pose, navigation: Navigation, dt_s: float) -> Pose:
     """The pose `dt_s` later: the measured velocity integrated over north and east, the measured depth and heading.
 
-    A value that is not measured (NaN) stays as it was.
+    A value that is not measured (NaN) stays as it was, and the place where the velocity is beyond `FASTEST_M_S`.
     """
     u, v, w = navigation.velocity
     qw, qx, qy, qz = navigation.attitude
     # The first two rows of `body_to_earth`, written out: no arrays in the control loop.
     north = (1 - 2 * (qy * qy + qz * qz)) * u + 2 * (qx * qy - qw * qz) * v + 2 * (qx * qz + qw * qy) * w
     east = 2 * (qx * qy + qw * qz) * u + (1 - 2 * (qx * qx + qz * qz)) * v + 2 * (qy * qz - qw * qx) * w
-    if not (math.isfinite(north) and math.isfinite(east)):
+    # Not true of NaN either.
+    if not math.hypot(u, v, w) <= FASTEST_M_S or not (math.isfinite(north) and math.isfinite(east)):
         north = east = 0.0
     depth_m, heading_rad = navigation.depth_m, navigation.heading_rad
     return Pose(

@@ -128,6 +128,57 @@ def test_without_a_sensor_it_holds_where_it_is_and_then_disarms(sensor, end):
     assert (vehicle.flight.state, vehicle.flight.disarms, vehicle.reference) == (State.IDLE, True, None)
 
 
+@pytest.mark.parametrize("state", [State.RETURNING, State.HOLDING])
+@pytest.mark.parametrize("end", [End.SPEED, End.DEPTH])
+def test_a_vehicle_that_its_thrusters_do_not_brake_on_the_way_back_or_as_it_holds_is_disarmed(state, end):
+    """A DVL or a thruster turned round makes every push worse: it would push on until the way back is over."""
+    vehicle = reached(state)
+    began_s = vehicle.now_s
+    while vehicle.flight.state is state:
+        vehicle.tick()
+        if end is End.SPEED:
+            vehicle.velocity = (-0.9, 0.0, 0.0)
+        else:
+            vehicle.depth_m = LIMITS.deepest_m + 1.1
+        assert vehicle.now_s < began_s + 3.2
+    assert vehicle.now_s > began_s + 2.9
+    assert (vehicle.flight.state, vehicle.flight.end, vehicle.flight.disarms) == (State.IDLE, end, True)
+
+
+def test_a_vehicle_that_overshoots_and_brakes_is_not_disarmed():
+    vehicle = Ideal().flying()
+    vehicle.pushed_m_s = 0.9
+    vehicle.until(State.RETURNING)
+    for _ in range(50):
+        vehicle.tick()
+        vehicle.velocity = (0.9, 0.0, 0.0)
+    vehicle.run(1.0)
+    assert vehicle.flight.state is State.RETURNING
+    vehicle = Ideal(replace(LIMITS, deepest_m=1.6)).flying()
+    while vehicle.flight.state is not State.RETURNING:
+        vehicle.depth_m = 2.7
+        vehicle.tick()
+    vehicle.until(State.HOLDING)
+    assert vehicle.flight.end is End.DEPTH
+
+
+@pytest.mark.parametrize("state", [State.GOING, State.WAITING, State.FLYING, State.RETURNING, State.HOLDING])
+def test_a_depth_sensor_that_places_it_above_the_water_makes_it_hold_without_a_push_up_or_down(state):
+    """It would dive by all its thrust for a depth that the sensor never tells."""
+    vehicle = reached(state)
+    vehicle.depth_m = -9.0
+    vehicle.run(0.1)
+    assert vehicle.flight.state is state
+    for _ in range(8):
+        vehicle.tick()
+        vehicle.depth_m = -9.0
+    assert vehicle.flight.state is State.HOLDING
+    if state not in (State.RETURNING, State.HOLDING):
+        assert vehicle.flight.end is End.NO_DEPTH
+    assert vehicle.reference.nu == ZERO6
+    assert vehicle.reference.push == (None, None, 0.0, None, None, None)
+
+
 @pytest.mark.parametrize("sensor", BLIND)
 def test_a_sensor_lost_on_the_way_back_makes_it_hold(sensor):
     vehicle = Ideal().flying()

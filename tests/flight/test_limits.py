@@ -122,6 +122,14 @@ def test_an_unknown_velocity_moves_nothing_and_an_unknown_depth_stays():
     assert dead_reckoned(here, Navigation(), 1.0) == here
 
 
+def test_a_velocity_that_no_flight_has_moves_nothing():
+    """A DVL's one bad reading counts for up to a second: the way back would lead as many metres astray."""
+    fast = replace(Navigation(), velocity=(19.0, 0.0, 0.0), attitude=(1.0, 0.0, 0.0, 0.0))
+    assert dead_reckoned(Pose(1.0, 2.0, 1.0, 0.0), fast, 0.5).north_m == 1.0
+    slow = replace(fast, velocity=(2.9, 0.0, 0.0))
+    assert dead_reckoned(Pose(1.0, 2.0, 1.0, 0.0), slow, 0.5).north_m == pytest.approx(2.45)
+
+
 @pytest.mark.parametrize("tilt_deg", [0.0, 20.0, 90.0, 170.0])
 def test_tilt_is_the_angle_from_the_vertical_whatever_the_heading(tilt_deg):
     assert math.degrees(tilt_rad(navigation((0, 0, 0), 1.2, math.radians(tilt_deg)))) == pytest.approx(
