@@ -133,9 +133,9 @@ class Companion:
         return self.heard.link
 
     def beats(self, now_s: float) -> bool:
-        """Whether to send a HEARTBEAT: not while it stands back; where it holds the sticks and does not fly only while
-        the ground beats."""
-        if self.stands_back(now_s):
+        """Whether to send a HEARTBEAT: not while it stands back; where it holds the sticks only while the autopilot
+        beats, which else might hear it and never stop, and, where it does not fly, the ground."""
+        if self.stands_back(now_s) or (self.handover.forwards and not self.heard.is_there(now_s)):
             return False
         heard = now_s - self._ground_s <= GROUND_WITHIN_S
         return not self.handover.forwards or self.steering.active or heard
@@ -182,7 +182,7 @@ class Companion:
     def steer(self, now_s: float, reference: Reference | None, navigation: Navigation) -> list[Any]:
         """Return the messages to the autopilot of a flight's tick."""
         if not self.heard.is_there(now_s):
-            return []
+            return self.steering.unheard(now_s)
         if self._left_behind_s < math.inf:
             return self._left_behind(now_s)
         flight = self.flights.flight
@@ -411,7 +411,7 @@ class Companion:
         if message is None or message.target != self.heard.system:
             return []
         self._sticks_s = self._pilots[frame.component] = now_s
-        if self.steering.flying:
+        if self.steering.flying and self.heard.is_there(now_s):
             return []
         sticks, added = np.array([message.x, message.y, message.r], dtype=float), np.zeros(3)
         doubt = self._doubt(now_s)

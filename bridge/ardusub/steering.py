@@ -32,6 +32,9 @@ MODE_LEAD_S: Final = 2.8
 """An armed vehicle is put into MANUAL so long before the countdown ends: a heartbeat a second tells the mode."""
 MODE_BACK_S: Final = 3.0
 """The mode that was before is asked for so long: an autopilot may refuse it, and then MANUAL stays."""
+REST_S: Final = 0.5
+"""Sticks at rest are repeated for so long after a flight where no pilot sends any, before the sticks are given back: a
+single message may be lost."""
 _ENABLE: Final = float(dialect.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED)
 
 
@@ -49,7 +52,8 @@ class Steering:
         self._mixer: Mixer | None = None
         self._before: int | None = None
         self._arms: bool | None = None
-        self._back_until_s = -math.inf
+        self._back_until_s = self._rest_until_s = -math.inf
+        self._unheard_s = math.inf
         self._due_s = {"arm": -math.inf, "mode": -math.inf}
         self._armed_s = self._manual_s = -math.inf
 
@@ -79,6 +83,7 @@ class Steering:
         `left_s`: the rest of the countdown; `held`: the autopilot takes the companion's sticks alone; `mode` is
         FF_MODE; `sticks_s`: when the pilot's came last.
         """
+        self._unheard_s = math.inf
         if state is State.IDLE:
             return self._ended(now_s, heard, sticks_s), None
         if not self.active:
@@ -96,6 +101,13 @@ class Steering:
         if held or self._arms is False:
             messages += self._arming(now_s, heard)
         return messages, None
+
+    def unheard(self, now_s: float) -> list[Any]:
+        """The autopilot is silent, and may hear all the same: sticks at rest in place of the flight's last."""
+        if not self.flying:
+            return []
+        self._unheard_s = min(self._unheard_s, now_s)
+        return [self._sticks(0, 0, 0, 0)] if now_s <= self._unheard_s + REST_S else []
 
     def _flown(
         self, now_s: float, reference: Reference | None, navigation: Navigation, heard: Heard, mode: Mode
@@ -117,22 +129,28 @@ class Steering:
         return [self._sticks(*asked)], actuation
 
     def _ended(self, now_s: float, heard: Heard, sticks_s: float) -> list[Any]:
-        """Sticks at rest once, and on where no pilot sends any, until all is as it was."""
+        """Sticks at rest once, and on where no pilot sends any, for REST_S and until all is as it was."""
         self._arms = self._arms and None
-        if not self.active:
-            return self._arming(now_s, heard)
         first, self.flying = self.flying, False
-        self._back_until_s = now_s + MODE_BACK_S if first else self._back_until_s
-        messages = self._arming(now_s, heard)
+        if first:
+            self._back_until_s, self._rest_until_s = now_s + MODE_BACK_S, now_s + REST_S
+        messages, alone = self._arming(now_s, heard), now_s - sticks_s > FRESH_S
+        if self.active:
+            messages += self._mode_back(now_s, heard)
+            self.active = self.active or (alone and now_s < self._rest_until_s)
+        if first or (self.active and alone):
+            messages.insert(0, self._sticks(0, 0, 0, 0))
+        return messages
+
+    def _mode_back(self, now_s: float, heard: Heard) -> list[Any]:
+        """The order of the mode that was before; once all is as it was, it is active no more."""
         manual = heard.mode == MANUAL or (heard.mode == self._before and _is_older(heard, self._manual_s))
         gives_back = manual and self._before not in (None, MANUAL) and now_s < self._back_until_s
         if gives_back and self._arms is None:
-            messages += self._mode(now_s, int(self._before or 0))
-        elif self._arms is None:
+            return self._mode(now_s, int(self._before or 0))
+        if self._arms is None:
             self.active = False
-        if first or (self.active and now_s - sticks_s > FRESH_S):
-            messages.insert(0, self._sticks(0, 0, 0, 0))
-        return messages
+        return []
 
     def _arming(self, now_s: float, heard: Heard) -> list[Any]:
         doubtful = self._arms is False and _is_older(heard, self._armed_s)

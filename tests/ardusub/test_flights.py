@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from fakes.ardusub import ALT_HOLD, MANUAL, Ardusub
+from fakes.ardusub import ALT_HOLD, MANUAL, Ardusub, Quirks
 from fakes.firmware import Firmware
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
@@ -255,6 +255,39 @@ def test_a_mode_or_sysid_that_another_program_sets_ends_the_flight_with_nothing_
         assert flown.aboard.companion.heard.mode == ALT_HOLD
     assert flown.aboard.companion.heard.pwm_us[:4] == pytest.approx((1500,) * 4, abs=60), "heading alone"
     assert flown.is_free()
+
+
+def test_an_autopilot_that_is_not_heard_any_more_but_hears_is_put_at_rest_and_disarms_by_itself():
+    """Only one way of its link is broken: by the flight's last stick it would push on."""
+    fake = Ardusub(quirks=Quirks(checks_pilot=False))
+    flown = Flown(fake).afloat().flying()
+    fake.aboard.read = lambda _timeout_s: b""
+    flown.until(lambda: flown.flight.state is State.IDLE, 4.0)
+    assert flown.flight.end is End.TAKEN
+    flown.run(0.2)
+    assert {*fake.pwm[:4]} == {1500}
+    flown.until(lambda: not fake.armed, fake.quirks.ground_timeout_s + 1.5)
+
+
+def test_the_sticks_at_rest_after_a_flight_that_another_program_ends_do_not_hang_on_a_single_message():
+    flown = Flown(Ardusub()).afloat().flying()
+    fake, write, lost = flown.autopilot, flown.autopilot.aboard.write, []
+
+    def lose_the_first(data):
+        rests = [
+            f for f in Framer().feed(data)
+            if f.message_id == dialect.MAVLINK_MSG_ID_MANUAL_CONTROL and flown.flight.state is State.IDLE
+        ]  # fmt: skip
+        if rests and not lost:
+            lost.extend(rests)
+        else:
+            write(data)
+
+    fake.aboard.write = lose_the_first
+    change_mode(flown)
+    flown.until(lambda: flown.flight.state is State.IDLE, 8.0).run(0.5)
+    assert lost
+    assert fake.sticks == (0, 0, 500, 0)
 
 
 @pytest.mark.parametrize(
