@@ -137,7 +137,8 @@ class Steering:
         messages, alone = self._arming(now_s, heard), now_s - sticks_s > FRESH_S
         if self.active:
             messages += self._mode_back(now_s, heard)
-            self.active = self.active or (alone and now_s < self._rest_until_s)
+            if alone and now_s < self._rest_until_s:
+                self.active = True
         if first or (self.active and alone):
             messages.insert(0, self._sticks(0, 0, 0, 0))
         return messages

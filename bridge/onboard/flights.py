@@ -25,7 +25,14 @@ _MORE_AXES: Final = {"s": 1, "t": 2}
 """Pitch and roll, with the bit of `enabled_extensions` that says that they are in use."""
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _STICKS: Final[int] = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
-HEARD: Final = (_HEARTBEAT, _STICKS)
+_OVERRIDE: Final[int] = dialect.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE
+HEARD: Final = (_HEARTBEAT, _STICKS, _OVERRIDE)
+CHANNELS: Final = 6
+"""Inputs by which ArduSub moves: pitch, roll, throttle, yaw, forward, lateral."""
+REST_US: Final = 1500
+TOUCH_US: Final = 20
+"""A touch of `TOUCH` is so many microseconds at a joystick's full gain."""
+_RELEASED: Final = (0, 65535)
 
 _ACCEPTED: Final = int(dialect.MAV_RESULT_ACCEPTED)
 _DENIED: Final = int(dialect.MAV_RESULT_DENIED)
@@ -49,7 +56,7 @@ class Flights:
         self._spoken = State.IDLE, End.NONE
 
     def hear(self, message: Any, now_s: float) -> None:
-        """Take a HEARTBEAT or MANUAL_CONTROL of the ground."""
+        """Take a HEARTBEAT, MANUAL_CONTROL or RC_CHANNELS_OVERRIDE of the ground."""
         if message.get_type() == "HEARTBEAT":
             self._ground_s = now_s
         elif touched(message):
@@ -167,7 +174,11 @@ class Flights:
 
 
 def touched(sticks: Any) -> bool:
-    """Whether a MANUAL_CONTROL has a stick off its rest or a button pressed; an axis of 32767 is not in use."""
+    """Whether a MANUAL_CONTROL has a stick off its rest or a button pressed; an axis of 32767 is not in use. Or an
+    RC_CHANNELS_OVERRIDE, by which other programs fly, an input off its rest; 0 and 65535 leave it alone."""
+    if sticks.get_type() == "RC_CHANNELS_OVERRIDE":
+        pulses_us = [getattr(sticks, f"chan{number}_raw") for number in range(1, CHANNELS + 1)]
+        return any(us not in _RELEASED and abs(us - REST_US) > TOUCH_US for us in pulses_us)
     rest = {"x": 0, "y": 0, "z": Z_REST, "r": 0}
     rest |= {axis: 0 for axis, bit in _MORE_AXES.items() if sticks.enabled_extensions & bit}
     moved = [axis for axis, at in rest.items() if abs(getattr(sticks, axis) - at) > TOUCH]

@@ -358,7 +358,8 @@ class Bridge:
             return
         if self.flights is not None and frame.message_id in HEARD:
             word = decode(frame) if self._gate.ground.gives(frame.system, frame.component) else None
-            if word is not None and getattr(word, "target", own_address[0]) == own_address[0]:
+            target = getattr(word, "target", getattr(word, "target_system", own_address[0]))
+            if word is not None and target == own_address[0]:
                 self.flights.hear(word, self._clock.boot_s())
             return
         if frame.message_id not in _QUESTIONS or (frame.system, frame.component) == own_address:

@@ -46,6 +46,9 @@ class _Command:
     answer: int
 
 
+_ARMING: Final = _Command(ARM, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0)
+
+
 @dataclass(frozen=True, slots=True)
 class FlightReport:
     """The vehicle's last report of its flight."""
@@ -143,6 +146,9 @@ class FlightSession:
         self.failure = self.failure or words
 
     def tick(self, now_s: float) -> list[Any]:
+        if self._is_current and self.state is State.IDLE:
+            # A flight that ended in its countdown, with the vehicle disarmed: nothing is left to be armed for.
+            self._queue = deque(command for command in self._queue if command != _ARMING)
         if not self._queue:
             self._asked_s = None
             return self._ground_alive(now_s)

@@ -89,6 +89,16 @@ def test_any_seven_numbers_are_a_leg_or_refused(numbers):
     assert 0.0 <= leg.transient_s <= leg.duration_s
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("place", range(7))
+def test_a_leg_with_a_number_that_is_none_is_refused(place, value):
+    numbers = [0.0, 2.0, 1.0, 1.0, 3.0, 0.2, 0.1]
+    leg_of(numbers)
+    numbers[place] = value
+    with pytest.raises(ConfigError):
+        leg_of(numbers)
+
+
 class Deck:
     """A vehicle's flights, ordered by its ground."""
 
@@ -231,6 +241,21 @@ def test_any_stick_and_any_button_is_a_touch(moved):
     assert deck.step() is None
     assert (deck.state, deck.flights.flight.end) == (State.IDLE, End.STICKS)
     assert deck.flights.take_texts() == ["flight ends: sticks moved, they have control"]
+
+
+@pytest.mark.parametrize(
+    ("pulses_us", "is_touch"),
+    [
+        ((1500,) * 6, False),
+        ((0, 65535, 1519, 1481, 0, 1500), False),
+        ((1500, 1500, 1500, 1500, 1521, 1500), True),
+        ((65535, 65535, 1100, 65535, 65535, 65535), True),
+    ],
+)
+def test_inputs_that_are_overridden_off_their_rest_are_a_touch_too(pulses_us, is_touch):
+    """A pilot whose program sends RC_CHANNELS_OVERRIDE flies no less than one with MANUAL_CONTROL."""
+    override = dialect.MAVLink_rc_channels_override_message(1, 1, *pulses_us, 1900, 1100)
+    assert touched(override) is is_touch
 
 
 @pytest.mark.parametrize(

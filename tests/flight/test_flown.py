@@ -21,7 +21,8 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg
 from bridge.vehicle.thrusters import NEUTRAL_US
 from bridge.wire.framing import Encoder, Framer
-from gcs_plugin.flying.session import FlightSession
+from bridge.wire.readings import Reading, encode
+from gcs_plugin.flying.session import ARM, FlightSession
 from gcs_plugin.peers import GROUND_STATION, ground_heartbeat
 
 FILE = load_vehicle("ruvifist")
@@ -219,6 +220,17 @@ def test_a_touched_stick_ends_it_within_a_tick_and_leaves_it_armed():
     assert sea.session.words == "sticks moved, they have control"
 
 
+def test_an_input_that_another_program_overrides_is_a_touched_stick():
+    sea = Sea()
+    sea.begin()
+    sea.send(dialect.MAVLink_rc_channels_override_message(2, 1, *(1700,) * 8))
+    sea.run(0.2)
+    assert sea.flight.state is State.WAITING
+    sea.send(dialect.MAVLink_rc_channels_override_message(1, 1, *(1700,) * 8))
+    sea.run(0.1)
+    assert (sea.flight.state, sea.flight.end, sea.neutral) == (State.IDLE, End.STICKS, True)
+
+
 def test_sticks_and_orders_of_a_stranger_or_for_another_vehicle_are_nothing():
     sea = Sea().flying()
     stranger = Encoder(42, 190)
@@ -273,6 +285,35 @@ def test_the_end_key_is_sent_again_and_again_around_the_end_of_the_wait_for_an_a
         sent += sea.session.tick(at_s)
         at_s += 0.1
     assert len([message for message in sent if message.command == ORDER and message.param1 == Order.END]) > 10
+
+
+def test_a_vehicle_whose_flight_ended_in_the_countdown_is_not_armed_afterwards():
+    """The order to arm was not acknowledged before the link broke: it would be sent again once the link is back."""
+    session, beside = FlightSession((1, 1), 7), Encoder(1, 1)
+
+    def report(state, end, number, now_s):
+        values = (float(state), float(end), number, 0.0, 0.0, 0.0)
+        for frame in Framer().feed(beside.frame(*encode(Reading("flight", now_s, values)))):
+            session.on_frame(frame, now_s)
+
+    session.begin(LIMITS, HERE_M, 10.0)
+    now_s, sent = 0.0, []
+    while not sent or sent[-1].command != ARM:
+        now_s += 0.3
+        sent += session.tick(now_s)
+        if sent[-1].command != ARM:
+            place = int(sent[-1].param1)
+            ack = dialect.MAVLink_command_ack_message(sent[-1].command, 0, 0, place, 255, 190)
+            for frame in Framer().feed(beside.encode(ack)):
+                session.on_frame(frame, now_s)
+    number = sent[-2].param2
+    report(State.COUNTDOWN, End.NONE, number, now_s)
+    assert [message.command for message in session.tick(now_s + 0.3)] == [ARM]
+    report(State.IDLE, End.LINK, number, now_s + 5.0)
+    assert session.tick(now_s + 5.3) == []
+    assert session.over
+    session.disarm()
+    assert [message.param1 for message in session.tick(now_s + 5.6)] == [0.0]
 
 
 def test_a_vehicle_that_starts_anew_lies_still_and_its_ground_says_so():
