@@ -13,8 +13,12 @@ PACKAGES = ("bench", "bridge", "gcs_plugin", "identify", "tui")
 KEEPING = ("bench/remembered.py", "bench/stamp.py", "bench/words.py")
 """What keeps results and writes them down makes no figure: a change there discards none."""
 
-SHOWING = ("gcs_plugin/", "identify/diagnose/words/", "identify/report/", "identify/words.py", "tui/")
-"""What puts a verb's answer into words, shows it, or sends it to a vehicle. The verb itself belongs to the answer."""
+SHOWING = (
+    *("gcs_plugin/", "identify/diagnose/words/", "identify/report/", "identify/words.py", "tui/"),
+    *("bridge/ardusub/", "bridge/command_line.py", "bridge/flight/", "bridge/onboard/"),
+)
+"""What puts a verb's answer into words, shows it, or sends it to a vehicle, and what runs on board of one. The verb
+itself belongs to the answer."""
 
 _BY_NAME = re.compile(r'"((?:bench|identify)(?:\.\w+)+)"')
 """A module that is imported as its name in a table says."""

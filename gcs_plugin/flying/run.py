@@ -115,7 +115,9 @@ class PlanFlight:
     def key(self) -> None:
         """The end key."""
         if self._keyed:
-            self._disarm()
+            # Asked anew by each key: the one before may have gone unanswered, and been given up.
+            self._disarming = True
+            self._crew.session.disarm()
         else:
             self._keyed = True
             self._crew.session.stop()

@@ -47,6 +47,7 @@ class _Command:
 
 
 _ARMING: Final = _Command(ARM, (1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0)
+_DISARMING: Final = _Command(ARM, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -118,7 +119,7 @@ class FlightSession:
         rows = limit_rows(limits, depth_m)
         self._send(LIMITS, rows)
         self._order(Order.BEGIN, checksum(rows), countdown_s, len(rows))
-        self._arm(1.0)
+        self._queue.append(_ARMING)
         self._begun = True
 
     def fly(self, legs: Sequence[Leg]) -> None:
@@ -137,7 +138,9 @@ class FlightSession:
         self._order(Order.END, 0.0, 0.0, 0)
 
     def disarm(self) -> None:
-        self._arm(0.0)
+        """Ask it to disarm, unless that is asked already."""
+        if _DISARMING not in self._queue:
+            self._queue.append(_DISARMING)
 
     def fail(self, words: str) -> None:
         """Give the flight up, and all that was asked; what is asked afterwards, to end or to disarm, is still sent."""
@@ -231,6 +234,3 @@ class FlightSession:
         self._number += 1
         numbers = (float(order), float(self._number), of, countdown_s, float(count), 0.0, 0.0)
         self._queue.append(_Command(ORDER, numbers, int(order)))
-
-    def _arm(self, wanted: float) -> None:
-        self._queue.append(_Command(ARM, (wanted, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0))

@@ -227,6 +227,20 @@ def test_the_end_key_holds_and_a_second_press_disarms(tmp_path):
     assert water.flight.outcome.end is End.KEY
 
 
+def test_each_further_press_asks_anew_to_disarm_where_the_one_before_was_given_up(tmp_path):
+    water = Water(tmp_path, {}).fly(lambda water: water.state is State.FLYING)
+    water.flight.key()
+    water.flight.key()
+    water.crew.session.fail("the vehicle does not answer")
+    assert water.crew.session.idle
+    water.flight.key()
+    assert not water.crew.session.idle
+
+
+def test_flights_begun_at_one_time_number_their_orders_apart():
+    assert len({fly.first_number() for _ in range(5)}) == 5
+
+
 def test_a_ground_that_hears_nothing_any_more_gives_up_and_says_where_the_vehicle_is(tmp_path, monkeypatch):
     water = Water(tmp_path, {}).fly(lambda water: water.state is State.FLYING)
     water.link.vehicle.bridge._sides.write_all = lambda _: None

@@ -8,6 +8,7 @@ import hashlib
 import math
 import os
 import re
+import secrets
 import select
 import signal
 import sys
@@ -42,7 +43,7 @@ MOST_AT_ONCE: Final = 1024
 PRESSES: Final = re.compile(rb"\x1b[\[O]?[0-?]*[ -/]*[@-~]?|[^\x1b\x80-\xbf]")
 """The bytes of a key: an arrow or a function key sends several after ESC, and a letter beyond ASCII has several."""
 NUMBERS: Final = 1 << 22
-"""Orders are numbered from a number that no other flight of these weeks used: a float32 holds it exactly."""
+"""Orders are numbered from one of these: a float32 holds it exactly."""
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -65,6 +66,12 @@ def run(arguments: argparse.Namespace) -> int:
         to_json(outcome, wanted) | {"folder": str(folder.path), "plan": arguments.plan}, arguments.json
     )
     return exit_codes.DONE if outcome.all_known and outcome.end is End.FINISHED else exit_codes.NO
+
+
+def first_number() -> int:
+    """The number of a flight's first order. A vehicle does not obey one that it had lately: a clock, which may be set
+    back, gives none."""
+    return 1 + secrets.randbelow(NUMBERS)
 
 
 def check_made_for(file: VehicleFile, file_of_plan: Path, plan: FlightPlan) -> None:
@@ -118,7 +125,7 @@ def flown(
     recording = _recording(arguments, file, configuration, clock, partial(tell, words))
     crew, how, identifying = recording.crew, "not begun", None
     try:
-        crew.find(int(clock.unix_s()) % NUMBERS + 1, arguments.system)
+        crew.find(first_number(), arguments.system)
         if crew.veh_cfg is not None and crew.veh_cfg != file.vehicle.veh_cfg(configuration):
             raise ParamRejected(
                 f"the vehicle is in configuration {crew.veh_cfg:.0f}, and --vehicle names '{configuration}'; nothing "
