@@ -13,7 +13,7 @@ from screen_text import WIDE, Lacks, Sees, played, said, shows, text, worked
 from soak import rows_rest_in_soak
 
 from bridge.errors import LinkError
-from gcs_plugin.watch.picture import Armed
+from gcs_plugin.watch.picture import Alarm, Armed, Kind
 from tui.app.connecting import Choice, Way
 from tui.app.screens.connect import ConnectScreen
 from tui.app.screens.dives import DivesScreen
@@ -195,6 +195,31 @@ def test_a_recording_that_ends_says_so_and_offers_the_next(now, killed, notice):
     assert played(boat.desk, *steps, views=views) == [notice]
     # What the dive holds is read at once: the next step hangs on it on every screen.
     assert [words[0] for words in boat.verbs.words] == ["dives"]
+
+
+def test_an_armed_vehicle_that_beats_on_after_its_recording_ended_is_shown_with_its_alarms_and_not_as_over():
+    boat, views = Boat(), FixedViews(view())
+    boat.desk.was_killed = lambda _: False
+    ended = replace(view(), recording=None)
+    deep = Alarm(Kind.DEPTH, "", "depth 12.00 m, deeper than 10 m")
+    later = replace(picture(), now_s=picture().now_s + 5.0, alarms=(deep,))
+    is_over = (views.then(view()), views.then(ended), Sees("DIVE OVER"))
+    beats_on = (
+        views.then(replace(ended, picture=later)),
+        Lacks("DIVE OVER"),
+        Sees("■ ARMED"),
+        Sees(deep.words),
+    )
+    # One that is silent since then has ended its dive.
+    silent = replace(later, armed_age_s=5.4, alarms=())
+    played(
+        boat.desk,
+        *is_over,
+        views.then(replace(ended, picture=silent)),
+        Sees("DIVE OVER"),
+        *beats_on,
+        views=views,
+    )
 
 
 def test_a_recording_in_which_nothing_arrived_was_no_dive_and_the_way_to_a_vehicle_is_said_again():

@@ -1,5 +1,6 @@
 """Notices on the recording on screen, as it begins, goes on or ends, and whether its dive is over."""
 
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -23,7 +24,7 @@ class RecordingNews:
     """Compares the recording with the one before. `begins` and `next_dive` end a sentence with the key to press.
 
     known: folders of the recordings that ran when the app was opened. ordered: the dive that the app itself ended
-    last. is_over: the last recording ended, and held frames.
+    last. is_over: the last recording ended, and held frames; whoever is heard after that is shown all the same.
     """
 
     def __init__(self, desk: Desk, begins: Callable[[], str], next_dive: Callable[[], str]) -> None:
@@ -34,6 +35,7 @@ class RecordingNews:
         self._before: Holding | None = None
         self._followed: tuple[str, ...] | None = None
         self._was_armed = self._rests = False
+        self._ended_s = math.inf  # when the last recording was seen to have ended, on the clock of pictures
         self._last_heard: Picture | None = None
         self._unwritten_of: float | None = None
 
@@ -64,6 +66,7 @@ class RecordingNews:
             return
         # A recording in which nothing arrived was no dive.
         self.is_over = now is None and before.frames > 0
+        self._ended_s = view.picture.now_s
         ordered = self.ordered is not None and self.ordered.resolve() == folder.resolve()
         # A flight has a dive of its own, and says itself when it is over.
         if ordered or (now is not None and flies):
@@ -102,5 +105,11 @@ class RecordingNews:
         silent = silent_after(view)
         ended, rests = self._was_armed and silent, self._rests and silent
         waits = rests and not ended and view.recording is not None
-        shown = replace(view, over=self.is_over or ended or rests, waits=waits, last_heard=self._last_heard)
+        over = (self.is_over and not self._beats_on(view.picture)) or ended or rests
+        shown = replace(view, over=over, waits=waits, last_heard=self._last_heard)
         return shown, replace(view, over=ended, last_heard=self._last_heard)
+
+    def _beats_on(self, picture: Picture) -> bool:
+        """Whether the vehicle beats by a link of the app's own since the recording ended: it may be armed still, and
+        its alarms hold. What came by way of the recording came earlier."""
+        return picture.now_s - picture.armed_age_s > self._ended_s + STALE_S
