@@ -21,7 +21,8 @@ from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import OF_THE_CONTRACT, Values
 from bridge.wire.readings import decode as decode_reading
 from bridge.wire.status_codes import CrewText, Topic
-from gcs_plugin.monitor.live import LiveGap
+from gcs_plugin.monitor.gap import Gap
+from gcs_plugin.monitor.live import NEEDED, STALE_S, LiveGap
 from gcs_plugin.peers import COMPANIONS, GONE_S, Heartbeat, Peer, Peers, Source
 from gcs_plugin.watch.alarms import SHIPPED, Alarms, AlarmTrace, Settings
 from gcs_plugin.watch.channels import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
@@ -114,6 +115,7 @@ class Watcher:
         self._active_set: tuple[int | None, float] = (None, -math.inf)
         self._stated: dict[str, float] = {}
         self._live_gap = self._new_gap(system)
+        self._compared_s = -math.inf  # when a reading that the gap is made of last came
         self._look_back(system)
         self._alarms = Alarms(self._settings, self._file)
         self._alarm_trace = AlarmTrace()
@@ -157,6 +159,8 @@ class Watcher:
             reading = decode_reading(frame) if number in OF_THE_CONTRACT else None
             if reading is not None and from_vehicle:
                 self._live_gap.take(reading)
+                if reading.signal in NEEDED:
+                    self._compared_s = arrived_s
                 if self._past_gap is not None:
                     self._past_gap.hear(reading)
             for signal, rank, values in heard(frame, reading):
@@ -212,7 +216,7 @@ class Watcher:
             said=tuple(self._said),
             twins="" if self.system is None else self.peers.fault(self.system),
             wrong_file=self._wrong_file(),
-            gap=self._live_gap.gap,
+            gap=self._gap(now_s),
             lacks=self._live_gap.lacks,
             hidden=self._hidden(beat),
             unset=self._alarms.unset,
@@ -221,6 +225,11 @@ class Watcher:
         self._alarm_trace.take(alarms, now_s, now_s + self._unix_at_zero_s)
         said = sorted((*picture.said, *self._alarm_trace.said(now_s)), key=lambda said: said.heard_s)
         return replace(picture, said=tuple(said), alarms=alarms)
+
+    def _gap(self, now_s: float) -> Gap | None:
+        """The gap; None too where its readings come no more at all, as of a bridge that fell silent beside an autopilot
+        that beats on: the gap itself goes by their own times."""
+        return self._live_gap.gap if now_s - max(self._compared_s, self._first_s) <= STALE_S else None
 
     # The senders.
 

@@ -17,6 +17,7 @@ from bridge.wire.tlog import TlogWriter, read_tlog
 from gcs_plugin.monitor.gap import LEARNING_S
 from gcs_plugin.watch import past_gap
 from gcs_plugin.watch.past_gap import THREAD_NAME
+from gcs_plugin.watch.picture import Kind
 from gcs_plugin.watch.watcher import Watcher
 
 WEAK_S, OPENED_S = 75.0, 100.0
@@ -121,3 +122,17 @@ def test_a_watch_that_turns_to_another_vehicle_reads_that_ones_dive(frames, reco
     watcher.feed(frame_of(Encoder(9, 1).encode(heartbeat())), 0.0, LINK)
     watcher.feed(frame_of(frames[0][1]), OPENED_S, LINK)
     assert until(lambda: watcher.picture(OPENED_S).gap).axes
+
+
+def test_a_bridge_that_falls_silent_beside_an_autopilot_that_beats_on_leaves_the_gap_unknown(frames):
+    watcher = Watcher(RUVIFIST, accepted=lambda _: HELD)
+    for time_s, raw in frames:
+        watcher.feed(frame_of(raw), time_s, LINK)
+    end_s, autopilot = frames[-1][0], Encoder(1, 1)
+    assert watcher.picture(end_s).gap.axes
+    for second in range(1, 21):
+        watcher.feed(frame_of(autopilot.encode(heartbeat(armed=True))), end_s + second, LINK)
+    picture = watcher.picture(end_s + 20.0)
+    assert picture.armed_age_s == 0.0
+    assert picture.gap is None
+    assert Kind.GAP not in {alarm.kind for alarm in picture.alarms}
