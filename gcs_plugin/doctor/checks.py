@@ -69,6 +69,10 @@ OF_A_MISSION: Final = ("tau_cmd", "nu_fb", "nu_ref")
 EXTRAS: Final = ("esc", "gnss")  # optional devices, expected only if the vehicle file names them
 
 
+NUMBERS: Final = {"imu": 6, "fog": 1, "pressure": 1, "attitude": 4}
+"""How many of a signal's first values a working device always tells; a DVL tells none without bottom lock."""
+
+
 @dataclass(frozen=True, slots=True)
 class Expected:
     """A line of the telemetry contract: a signal's least rate, and the device that must be aboard to send it."""
@@ -215,6 +219,9 @@ def check_signal(observed: Observed, expected: Expected, vehicle: Vehicle | None
     if age_s > max(3.0 / wanted_hz, 1.0):
         return fail(expected.signal, f"{expected.label}: the last value is {age_s:.1f} s old; it went silent")
     sentence = f"{expected.label}: {rate_hz:.1f} Hz"
+    values = NUMBERS.get(expected.signal, 0)
+    if not any(all(map(math.isfinite, arrival.reading.values[:values])) for arrival in arrivals):
+        return fail(expected.signal, f"{sentence}, and no number in any of it; check the device")
     if len(arrivals) < 3 or rate_hz < RATE_TOLERANCE * wanted_hz:
         return warn(expected.signal, f"{sentence}, at least {wanted_hz:g} Hz is needed; check its settings")
     return ok(expected.signal, sentence)
@@ -233,11 +240,12 @@ def check_bottom_lock(observed: Observed) -> Finding | None:
 
 
 def check_gravity(observed: Observed) -> Finding | None:
-    """Whether the IMU at rest measures an upward specific force of 1 g; None without an IMU."""
-    arrivals = observed.arrivals.get("imu", [])
-    if not arrivals:
+    """Whether the IMU at rest measures an upward specific force of 1 g; None without an IMU that tells any force."""
+    forces = [a.reading.values[:3] for a in observed.arrivals.get("imu", [])]
+    forces = [force for force in forces if all(map(math.isfinite, force))]
+    if not forces:
         return None
-    x, y, z = (median(a.reading.values[axis] for a in arrivals) for axis in range(3))
+    x, y, z = (median(force[axis] for force in forces) for axis in range(3))
     size = math.sqrt(x * x + y * y + z * z)
     if abs(size - GRAVITY_M_S2) > GRAVITY_TOLERANCE_M_S2:
         return fail(

@@ -357,3 +357,14 @@ def test_the_settings_that_leave_an_autopilot_alone_without_sticks_or_a_fail_saf
         (Level.WARN, "FS_GCS_ENABLE"),
     ]
     assert check_parameters(lambda: read | {"SYSID_MYGCS": 255.0, "FS_GCS_ENABLE": 2.0}) == [first]
+
+
+@pytest.mark.parametrize("signal", ["imu", "fog", "pressure", "attitude"])
+def test_a_device_that_sends_on_time_and_tells_no_number_is_no_good_finding(talker, signal):
+    hz, values = RATES[signal]
+    talker.rates[signal] = (hz, (math.nan,) * len(values))
+    findings = examined(talker)
+    assert findings[signal].level is Level.FAIL
+    assert findings[signal].sentence.endswith("Hz, and no number in any of it; check the device")
+    # What feels no force tells nothing of how it is mounted.
+    assert ("gravity" in findings) is (signal != "imu")
