@@ -208,6 +208,12 @@ def _claim(index: int) -> float:
     return MOUNTING_FAULT + (MIRROR_FAULT if is_mirror(TURNS[index]) else 0.0)
 
 
+def _claim_of(sensor: str, index: int) -> float:
+    if sensor == "fog":
+        return 0.0 if index == IDENTITY else MOUNTING_FAULT
+    return _claim(index)
+
+
 def _search(pulses: tuple[Pulse, ...], evidence: _Evidence) -> Diagnosis:
     present = {sensor: feature in evidence.felt for sensor, feature in TURNED_IN.items()}
     # A sensor that felt nothing has one mounting alone, which costs nothing.
@@ -227,7 +233,7 @@ def _search(pulses: tuple[Pulse, ...], evidence: _Evidence) -> Diagnosis:
     story = combined[channels, thruster_of].argmin(axis=1)
     chosen = dict(zip(turns, (d, i, f), strict=True))
     confidence = {
-        sensor: _confidence(np.delete(score, index, axis).min(initial=np.inf) - float(score[d, i, f]))
+        sensor: _confidence(_margin(score, axis, index, sensor)) if present[sensor] else 1.0
         for axis, (sensor, index) in enumerate(chosen.items())
     }
     bare = float(cheapest[channels, thruster_of].sum())
@@ -252,7 +258,7 @@ def _scores(dvl: list[Array], imu: list[Array], fog: list[Array], penalty: Array
         for f, fog_cost in enumerate(fog):
             # Every channel must drive some thruster, so the sum of the cheapest choices is a lower bound of the cost.
             cheapest = (left + (dvl_cost + fog_cost + penalty)).min(axis=(2, 3))
-            score[d, :, f] = cheapest.sum(axis=1) + claims + _claim(d) + (MOUNTING_FAULT if f else 0.0)
+            score[d, :, f] = cheapest.sum(axis=1) + claims + _claim_of("dvl", d) + _claim_of("fog", f)
     best = np.inf
     for flat in np.argsort(score, axis=None):
         d, i, f = (int(index) for index in np.unravel_index(flat, score.shape))
@@ -264,6 +270,14 @@ def _scores(dvl: list[Array], imu: list[Array], fog: list[Array], penalty: Array
         score[d, i, f] = total[rows, columns].sum() + bound - total.min(axis=1).sum()
         best = min(best, float(score[d, i, f]))
     return score
+
+
+def _margin(score: Array, axis: int, index: int, sensor: str) -> float:
+    """By how much the next best mounting of a sensor is worse, also without the costs of the claims: pulses that tell
+    nothing of a mounting would leave those alone, and they alone prove none right."""
+    along = np.moveaxis(score, axis, 0).reshape(score.shape[axis], -1).min(axis=1)
+    bare = along - np.array([_claim_of(sensor, each) for each in range(len(along))])
+    return float(min(np.delete(each, index).min() - each[index] for each in (along, bare)))
 
 
 def _second_best(combined: Array, channel: int, thruster: int, story: int) -> float:

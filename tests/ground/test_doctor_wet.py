@@ -158,6 +158,19 @@ def test_a_sensor_that_is_not_aboard_is_not_judged(right):
     assert list(result.thruster_of) == list(EIGHT)
 
 
+@pytest.mark.parametrize("sensor", ["dvl", "imu", "fog"])
+def test_no_mounting_is_right_of_a_sensor_that_said_nothing_during_the_pulses(right, sensor):
+    key = VEHICLES[0]
+    record = right[key]
+    of_sensor = {"dvl": ("dvl",), "imu": ("rate", "force"), "fog": ("fog",)}[sensor]
+    began_s = find_pulses(record.pwm)[0].start_s
+    lost = {name: record.series[name].between(-math.inf, began_s) for name in of_sensor}
+    spoilt = WetRecord(record.pwm, record.series | lost)
+    result = {f.name: f for f in findings(diagnosis_of(key, spoilt), FILES[key[0]].vehicle)}
+    assert result[sensor].level is Level.WARN
+    assert "the pulses were too weak to be sure" in result[sensor].sentence
+
+
 def test_a_record_without_sensors_or_without_pulses_is_refused(right):
     key = VEHICLES[0]
     record = right[key]
