@@ -24,7 +24,7 @@ from bridge.wire.status_codes import CrewText, Topic
 from gcs_plugin.monitor.gap import Gap
 from gcs_plugin.monitor.live import NEEDED, STALE_S, LiveGap
 from gcs_plugin.peers import COMPANIONS, GONE_S, Heartbeat, Peer, Peers, Source
-from gcs_plugin.watch.alarms import SHIPPED, Alarms, AlarmTrace, Settings
+from gcs_plugin.watch.alarms import CRITICAL, SHIPPED, Alarms, AlarmTrace, Settings
 from gcs_plugin.watch.channels import FROM_ANYONE, TELLING, Channel, StatusTexts, heard
 from gcs_plugin.watch.link_rows import LinkRows
 from gcs_plugin.watch.past_gap import PastGap
@@ -318,6 +318,17 @@ class Watcher:
             of_set=text.topic is Topic.SET_FAULT,
             until_armed=text.topic is Topic.ONCE_ARMED,
         )
+        self._keep(said)
+
+    def _keep(self, said: Said) -> None:
+        """Keep a text. In place of the oldest, a newer one goes that is no alarm: a chatty vehicle clears none."""
+        if len(self._said) == TEXTS_KEPT:
+            lasts_s = self._settings.of("" if self._vehicle is None else self._vehicle.name).vehicle_s or 0.0
+            alarming = [
+                kept.severity <= CRITICAL and not kept.past and said.heard_s - kept.heard_s <= lasts_s
+                for kept in self._said
+            ]
+            del self._said[alarming.index(False) if False in alarming else 0]
         self._said.append(said)
 
     def _let_pass(self, is_past: Callable[[Said], bool]) -> None:
@@ -333,7 +344,7 @@ class Watcher:
             # When it booted is known to about a second, and it is silent for longer before.
             booted_s = peer.restart.booted_s - SILENT_S
             self._let_pass(lambda said: said.heard_s < booted_s)
-            self._said.append(Said(arrived_s + unix_s, severity, words, arrived_s))
+            self._keep(Said(arrived_s + unix_s, severity, words, arrived_s))
 
     @property
     def _unix_at_zero_s(self) -> float:

@@ -14,7 +14,7 @@ from bridge.wire.status_codes import status_texts
 from gcs_plugin.bell import Bell
 from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings, user_file
 from gcs_plugin.watch.picture import Alarm, Kind
-from gcs_plugin.watch.watcher import Watcher
+from gcs_plugin.watch.watcher import TEXTS_KEPT, Watcher
 from tui.app.screens.watch_lines import unset_lines
 from tui.watch_text import header
 
@@ -244,6 +244,18 @@ def test_an_alarm_in_the_vehicles_own_words_stands_among_them_once():
     dive.vehicle.says(status_texts("Leak Detected", 2, 1)[0], dive.now_s)
     assert Kind.VEHICLE in dive.pictured(2.0)
     assert [said.text for said in dive.watcher.picture(dive.now_s).said] == ["Leak Detected"]
+
+
+def test_no_number_of_other_words_clears_an_alarm_in_the_vehicles_own_words():
+    dive = Dive().go_on(0.5)
+    dive.vehicle.says(status_texts("Leak Detected", 2, 1)[0], dive.now_s)
+    for number in range(40):
+        dive.vehicle.says(status_texts(f"EKF3 IMU{number} is using GPS", 6, 1)[0], dive.now_s)
+    assert dive.alarms == {Kind.VEHICLE: "the vehicle says: Leak Detected"}
+    assert len(dive.watcher.picture(dive.now_s).said) == TEXTS_KEPT
+    assert Kind.VEHICLE not in dive.pictured(31.0)
+    dive.vehicle.says(status_texts("done", 6, 1)[0], dive.now_s)
+    assert "Leak Detected" not in {said.text for said in dive.watcher.picture(dive.now_s).said}
 
 
 def test_alarms_that_are_switched_off_are_named():
