@@ -139,8 +139,10 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 self.say_line(f"ALARM {alarm.words}")
 
     def unload(self) -> None:
-        """Clean up when MAVProxy unloads the module or ends."""
+        """Clean up when MAVProxy unloads the module or ends. A mode that is on its way, OFF too, is sent no more: that
+        is said."""
         self._work.kill()
+        self._switching.cancel()
         atexit.unregister(self._work.kill)
         self._recordings.stop()
         self._tap([])
@@ -278,7 +280,9 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             if name != "any" and not name.isdecimal():
                 raise LinkError(f"'{name}' is no system number; give one, or any")
             self._fleet.choose(None if name == "any" else int(name), now_s)
-            self._watcher = self._new_watcher()
+            # What was seen and rung of another vehicle is not this one's.
+            self._watcher, self._picture = self._new_watcher(), None
+            self._bell = Bell(self._settings, _ring)
         systems = ", ".join(map(str, self._fleet.systems(now_s))) or "none"
         meant = "any" if self._fleet.chosen is None else str(self._fleet.chosen)
         self.say_line(f"vehicle: {meant} (systems that beat: {systems})")
@@ -292,7 +296,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         if name is not None:
             file: VehicleFile = load_vehicle(name)
             self._file = name
-            self._watcher = self._new_watcher()
+            self._watcher, self._picture = self._new_watcher(), None
             shape = file.configuration or "the recording's own"
             self.say_line(f"vehicle file: {file.path} ({file.vehicle.name}), configuration: {shape}")
         elif not self._file:

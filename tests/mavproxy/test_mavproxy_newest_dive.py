@@ -12,9 +12,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder, Framer
+from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import list_folders
+from gcs_plugin.fleet import Fleet
 from gcs_plugin.recording.state import Holding, write_holding
-from gcs_plugin.watch.alarms import load_settings
+from gcs_plugin.watch.alarms import Settings, load_settings
+from gcs_plugin.watch.picture import Alarm, Kind
 
 module = pytest.importorskip("gcs_plugin.mavproxy.module", reason="MAVProxy is not installed")
 recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
@@ -102,6 +105,35 @@ def test_a_vehicle_is_compared_with_its_model_by_its_own_parameters_whichever_ma
     made.mpstate = SimpleNamespace(mav_param=read[1, 1], mav_param_by_sysid=read)
     made._file, made._fleet, made._settings = "", SimpleNamespace(chosen=2), load_settings()
     assert made._new_watcher()._accepted(2) == {"FF1_M_U": 200.0, "FF1_D_U": 40.0}
+
+
+def test_once_another_vehicle_is_meant_no_alarm_of_the_one_before_is_told_or_hides_its_own():
+    made = module.SeatrialModule.__new__(module.SeatrialModule)
+    alarm, said = Alarm(Kind.BATTERY, "", "battery 13.8 V, below 14 V"), []
+    made.say_line, made._clock, made._file = said.append, SimulatedClock(), ""
+    made._fleet = SimpleNamespace(chosen=2, choose=lambda *_: None, systems=lambda _: (1, 2))
+    made._settings, made.mpstate = Settings(bell=False), SimpleNamespace(mav_param_by_sysid={})
+    made._bell, made._picture = Bell(made._settings, print), SimpleNamespace(alarms=(alarm,))
+    assert made._bell.hear((alarm,), 1.0) == (alarm,)
+    made._vehicle("2")
+    assert made._picture is None
+    assert made._bell.hear((alarm,), 2.0) == (alarm,)
+
+
+def test_who_takes_the_module_out_is_told_that_off_is_sent_no_more_and_not_confirmed():
+    made = module.SeatrialModule.__new__(module.SeatrialModule)
+    said, clock, fleet = [], SimulatedClock(), Fleet()
+    (beat,) = Framer().feed(VEHICLE.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
+    fleet.on_frame(beat, "link", clock.boot_s())
+    made._switching = module.Switching(fleet, clock, said.append)
+    made._switching.command(["off"])
+    assert made._switching.tick()
+    quiet = SimpleNamespace(kill=lambda: None, stop=lambda: None)
+    made._work, made._recordings, made._taps, made.remove_command = quiet, quiet, [], lambda _: None
+    made.unload()
+    assert said[-1].startswith("ff: stopped by the user, vehicle 1: sent once")
+    assert said[-1].endswith("not confirmed")
+    assert made._switching.tick() == []
 
 
 def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():
