@@ -180,6 +180,8 @@ class Upload:
         """Another program ordered OFF: write no mode but OFF, and never restore FF_MODE; all else goes on."""
         if not self._overruled:
             self._overruled = True
+            if self._stage is Stage.UNDO and MODE in self._written:
+                self._undo(time_s)  # anew without the mode, of which any write may be repeated
             self._give_way()
             self._advance(time_s)
 

@@ -80,6 +80,30 @@ def test_an_off_of_another_in_the_middle_is_raised_by_nothing_that_an_upload_wri
     assert {n: v for n, v in vehicle.values.items() if n in flown(OLD)} == flown(OLD)
 
 
+@pytest.mark.parametrize("faults", [{}, BAD_LINK])
+@pytest.mark.parametrize("seed", rest_in_soak(range(10), keep=3))
+def test_an_off_of_another_while_an_upload_is_taken_back_is_undone_by_no_mode_from_before(
+    seed, faults, monkeypatch
+):
+    vehicle, ordered = Reached(OLD, seed, **faults), []
+    set_mode = vehicle.server._set_mode
+    monkeypatch.setattr(
+        vehicle.server, "_set_mode", lambda value, armed: 3 if value == 3.0 else set_mode(value, armed)
+    )
+
+    def forced_off(upload, vehicle):
+        if upload.stage is Stage.UNDO and not ordered:
+            ordered.append(vehicle.now_s)
+            vehicle.server.write("FF_MODE", 0.0, False)
+            upload.overrule(vehicle.now_s)
+
+    ending = upload_to(vehicle, act=forced_off)
+    assert ordered
+    assert vehicle.values["FF_MODE"] == 0.0
+    assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
+    assert vehicle.flying() == flown(OLD)
+
+
 def test_an_upload_of_the_mode_alone_that_an_off_overrules_says_so_and_sends_nothing():
     vehicle = Reached(OLD)
     ending = upload_to(vehicle, {"FF_MODE": 3.0}, act=lambda upload, vehicle: upload.overrule(vehicle.now_s))
