@@ -44,10 +44,10 @@ class Recorded:
 class DiveCounts(Kept):
     """Counts of a dive, those of its files among them.
 
-    `heard` counts the frames that arrived on the links, without those of the outlet; `missed` the frames that never
-    arrived, by the sequence numbers: a lower bound, since a long gap does not show its length. `unheard_s` is the
-    vehicle's longest silence between two of its frames, 0 for none; `keeps_ring`: the vehicle reports that it keeps a
-    recording onboard.
+    `heard` counts the frames that arrived on the links, without those of the outlet, and all that waited for the disk
+    when the dive began; `missed` the frames that never arrived, by the sequence numbers: a lower bound, since a long
+    gap does not show its length. `unheard_s` is the vehicle's longest silence between two of its frames, 0 for none;
+    `keeps_ring`: the vehicle reports that it keeps a recording onboard.
     """
 
     heard: int
@@ -237,7 +237,9 @@ class Recorder:
     def _over(self, kept: Kept) -> DiveCounts:
         """Counts of the dive that ended; resets the counts for the next dive."""
         count = self._count(kept)
-        self.heard, self._missed_before, self._silence = 0, self._peers.lost(), SilenceTracker()
+        # What the disk would not take yet goes into the next dive's files: that dive is not empty.
+        self.heard = self._files.waiting
+        self._missed_before, self._silence = self._peers.lost(), SilenceTracker()
         return count
 
     def _count(self, kept: Kept) -> DiveCounts:
