@@ -25,6 +25,8 @@ from gcs_plugin.recording.state import Holding, held, held_second, hung
 
 MARGIN_MS: Final = 10_000
 """Margin around the first and last boot time heard: `BOOT_ID` comes once a second, and any of these may be lost."""
+HALF_ROUND_MS: Final = 1 << 31
+"""Boot times that lie farther apart are of a dive in which boot time wrapped, as it does after 49.7 days."""
 BOOT_ID: Final = "BOOT_ID"
 _TELLS: Final[int] = dialect.MAVLINK_MSG_ID_NAMED_VALUE_INT
 
@@ -79,6 +81,9 @@ def segments_of_dive(listing: Listing, boots: list[Boot]) -> Listing:
         if not first <= segment.boot <= last:
             continue
         ends_ms = following[0].begins_ms if following and following[0].identity == segment.identity else inf
+        if ends_ms < segment.begins_ms or (boot is not None and boot.last_ms - boot.first_ms > HALF_ROUND_MS):
+            chosen.append(entry)  # boot time wrapped within the segment or the dive, and orders neither
+            continue
         is_before = boot is not None and segment.boot == first and ends_ms < boot.first_ms - MARGIN_MS
         is_after = boot is not None and segment.boot == last and segment.begins_ms > boot.last_ms + MARGIN_MS
         if not is_before and not is_after:

@@ -263,4 +263,18 @@ def test_segments_of_other_dives_are_not_fetched():
         (2, 1),
     ]
     assert [s.number for s, _ in segments_of_newest_boot(listing, 90_000)] == [7, 8, 9]
-    assert len(segments_of_newest_boot(listing, None)) == 10
+
+
+def test_a_dive_about_the_moment_in_which_boot_time_wrapped_has_all_segments_of_its_time():
+    """Milliseconds of 32 bits wrap after 49.7 days: what was sent before then begins later by its name."""
+    begins_ms = [(2**32 - 150_000 + n * 60_000) % 2**32 for n in range(5)]
+    listing = [(Segment(1, 71, n, begun_ms), 10) for n, begun_ms in enumerate(begins_ms)]
+
+    def chosen(*heard_ms):
+        return {
+            s.number for s, _ in segments_of_dive(listing, [Boot(71, SOURCE, min(heard_ms), max(heard_ms))])
+        }
+
+    assert chosen(1_000, 15_000) == {2}
+    assert chosen(2**32 - 20_000, 2**32 - 15_000) >= {2}
+    assert chosen(2**32 - 149_000, 200_000) == {0, 1, 2, 3, 4}
