@@ -89,6 +89,7 @@ def save(path: Path, hulls: Mapping[str, Stored]) -> None:
         with replacing(path, "try again") as file:
             file.write(json.dumps(asdict(Hulls(dict(hulls))), indent=1).encode())
         sync_folder(path.parent)
+        sync_folder(path.parent.parent)  # its folder may be new too
     except (OSError, LogError) as error:
         raise ParamError(f"parameters can't be stored ({error}); check the disk", path) from None
 

@@ -15,7 +15,7 @@ import yaml
 from bridge import schema
 from bridge.clock import utc_text
 from bridge.errors import ConfigError, LogError
-from bridge.files import write_whole
+from bridge.files import sync_folder, write_whole
 from bridge.vehicle.config import CONFIGS, VehicleFile
 from bridge.wire.tlog import SUFFIXES
 from bridge.wire.whole_recording import WHOLE, files_to_read, number
@@ -69,14 +69,15 @@ class DiveFolder:
         return schema.build(About, schema.load_yaml(file) or {}, str(file))
 
     def describe(self, about: About) -> None:
-        """Write `dive.yaml` atomically. Raises LogError if it can't be written."""
+        """Write `dive.yaml` atomically; it is on the disk when this returns. Raises LogError if it can't be written."""
         file = self.path / ABOUT
         data = asdict(about)
         data["events"] = [asdict(event) for event in about.events]
         try:
-            write_whole(file, yaml.safe_dump(data, sort_keys=False, allow_unicode=True))
+            write_whole(file, yaml.safe_dump(data, sort_keys=False, allow_unicode=True), synced=True)
         except OSError as error:
             raise LogError(f"{file}: can't be written ({error.strerror}); check the disk") from None
+        sync_folder(self.path)
 
     def change(self, by: Callable[[About], About]) -> None:
         """Read `dive.yaml`, change it by `by`, and write it, under the lock of the folder."""

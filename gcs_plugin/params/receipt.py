@@ -232,6 +232,7 @@ def _keep(receipt: Receipt) -> None:
     path = path_of(receipt.preimage, RECEIPT)
     replace_text(path, to_json(receipt.to_json(), indent=2) + "\n")
     sync_folder(path.parent)
+    sync_folder(path.parent.parent)  # the folder of receipts may be new too
 
 
 @dataclass(frozen=True, slots=True)

@@ -9,11 +9,16 @@ from fakes.recordings import raws, ring_raws
 from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
 from bridge.onboard.ring import RingFiles, RingKeeper, RingSize
+from bridge.onboard.store import Stored, load, save
 from bridge.signing.key import new_key, write_key
 from bridge.wire.framing import Encoder
 from bridge.wire.segments import segments_in
-from gcs_plugin.dives.folder import DiveFolder, new_folder
+from gcs_plugin.dives.folder import About, DiveFolder, new_folder
 from gcs_plugin.fetch.mirror import Mirror
+from gcs_plugin.params.files import read_parameters
+from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.receipt import begin, kept_in, new_preimage
+from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.recording.recorder import Recorder
 
 STEP_S = 0.05
@@ -147,3 +152,32 @@ def test_a_fetched_segment_and_a_key_are_on_the_disk_before_anybody_relies_on_th
     assert disk.bytes[mirror.path(name).stat().st_ino] == 3
     write_key(tmp_path / "key", new_key())
     assert disk.bytes[(tmp_path / "key").stat().st_ino] == 65
+
+
+def test_what_a_dive_is_of_and_what_was_noted_of_it_is_on_the_disk_at_once(disk, tmp_path):
+    (tmp_path / "dives").mkdir()
+    dive = new_folder(tmp_path / "dives", UNIX_S, "lake")
+    dive.describe(About("ruvifist.yaml", configuration="hovering"))
+    dive.open_telemetry(1).sync()
+    dive.add_event(UNIX_S, "leaves the harbour")
+    left = disk.after(tmp_path / "dives", tmp_path / "after")
+    assert DiveFolder(left / dive.path.name).about() == dive.about()
+
+
+def test_the_first_receipt_of_all_is_on_the_disk_with_its_folder_before_anything_is_written(disk, tmp_path):
+    home = tmp_path / "home"
+    home.mkdir()
+    plan = make_plan({"FF0_M_U": 24.5}, {"FF0_M_U": 10.0})
+    receipt = begin(plan, (1, 1), new_preimage(home / "receipts", UNIX_S), None, UNIX_S)
+    left = disk.after(home, tmp_path / "after") / "receipts"
+    assert read_parameters(left / receipt.preimage.name) == {"FF0_M_U": 10.0}
+    assert [kept.outcome for kept in kept_in(left)] == [Outcome.BEGUN]
+
+
+def test_the_first_set_of_all_is_on_the_disk_with_its_folder_when_it_is_stored(disk, tmp_path):
+    home = tmp_path / "home"
+    home.mkdir()
+    stored = {"hull": Stored(1.0, {"FF0_M_U": 24.5})}
+    save(home / "seatrial" / "vehicle.json", stored)
+    left = disk.after(home, tmp_path / "after")
+    assert load(left / "seatrial" / "vehicle.json") == stored
