@@ -496,6 +496,7 @@ def test_a_committed_set_is_whole_on_the_disk_then_in_place_then_its_folder_is_s
         ("synced", new, store.load(path)),
         ("renamed", new, path),
         ("synced", tmp_path, None),
+        ("synced", tmp_path.parent, None),  # where its folder is new, that is on the disk by this alone
     ]
     assert server(path).active_crc == target.active_crc != 0
 
