@@ -185,6 +185,19 @@ def test_a_dive_that_can_not_be_says_why(tmp_path, monkeypatch, words, sentence,
     assert not (tmp_path / "dives").exists()
 
 
+@pytest.fixture
+def _signals_of_a_terminal():
+    """Whoever starts the tests may ignore some: a shell's job in the background has no Ctrl-C, one of nohup no end."""
+    usual = {signal.SIGINT: signal.default_int_handler, signal.SIGTERM: signal.SIG_DFL}
+    before = {
+        number: signal.signal(number, to) for number, to in (usual | {signal.SIGHUP: signal.SIG_DFL}).items()
+    }
+    yield
+    for number, to in before.items():
+        signal.signal(number, to)
+
+
+@pytest.mark.usefixtures("_signals_of_a_terminal")
 @pytest.mark.parametrize(
     "how", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP], ids=["Ctrl-C", "kill", "closed"]
 )
