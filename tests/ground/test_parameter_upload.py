@@ -59,6 +59,18 @@ def test_a_vehicle_that_can_not_keep_a_set_is_to_be_looked_at_for_its_disk(monke
     assert "refused: the vehicle does not take it: its disk can't be written" in ending.sentence
 
 
+def forced_off(stage, ordered):
+    """What another program does: it orders OFF once, in a stage of the upload."""
+
+    def act(upload, vehicle):
+        if upload.stage is stage and not ordered:
+            ordered.append(vehicle.now_s)
+            vehicle.server.write("FF_MODE", 0.0, False)
+            upload.overrule(vehicle.now_s)
+
+    return act
+
+
 @pytest.mark.parametrize("stage", [Stage.STAGE, Stage.COMMIT, Stage.LIVE])
 @pytest.mark.parametrize("faults", [{}, BAD_LINK])
 @pytest.mark.parametrize("seed", rest_in_soak(range(10), keep=3))
@@ -66,13 +78,7 @@ def test_an_off_of_another_in_the_middle_is_raised_by_nothing_that_an_upload_wri
     vehicle = Reached(OLD, seed, **faults)
     ordered = []
 
-    def forced_off(upload, vehicle):
-        if upload.stage is stage and not ordered:
-            ordered.append(vehicle.now_s)
-            vehicle.server.write("FF_MODE", 0.0, False)
-            upload.overrule(vehicle.now_s)
-
-    ending = upload_to(vehicle, act=forced_off)
+    ending = upload_to(vehicle, act=forced_off(stage, ordered))
     assert ordered
     assert vehicle.values["FF_MODE"] == 0.0
     assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
@@ -91,13 +97,7 @@ def test_an_off_of_another_while_an_upload_is_taken_back_is_undone_by_no_mode_fr
         vehicle.server, "_set_mode", lambda value, armed: 3 if value == 3.0 else set_mode(value, armed)
     )
 
-    def forced_off(upload, vehicle):
-        if upload.stage is Stage.UNDO and not ordered:
-            ordered.append(vehicle.now_s)
-            vehicle.server.write("FF_MODE", 0.0, False)
-            upload.overrule(vehicle.now_s)
-
-    ending = upload_to(vehicle, act=forced_off)
+    ending = upload_to(vehicle, act=forced_off(Stage.UNDO, ordered))
     assert ordered
     assert vehicle.values["FF_MODE"] == 0.0
     assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
