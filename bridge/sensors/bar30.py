@@ -48,8 +48,9 @@ class Calibration:
 
     @classmethod
     def from_prom(cls, words: Sequence[int]) -> Self:
-        """Build the calibration from PROM words. Raises LinkError if they do not match their CRC."""
-        if prom_crc(words) != words[0] >> 12:
+        """Build the calibration from PROM words. Raises LinkError if they do not match their CRC, or are all zero."""
+        # A data line that is held low reads as zeros, whose CRC is right, and then as 0 Pa at 20 deg C.
+        if not any(words) or prom_crc(words) != words[0] >> 12:
             raise LinkError(
                 "the Bar30's calibration memory does not match its CRC; check the wiring, then the sensor"
             )

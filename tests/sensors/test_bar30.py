@@ -89,6 +89,13 @@ def test_every_flipped_bit_of_the_calibration_is_refused():
             Bar30(FakeBar30(flipped_prom_bit=bit), no_wait)
 
 
+def test_a_bus_whose_data_line_is_held_low_is_no_sensor():
+    """All of its words read as zero, and a CRC of zeros is zero: the surface would lie ten metres below."""
+    bus = FakeBar30(calibration=Calibration(0, 0, 0, 0, 0, 0), converts=False)
+    with pytest.raises(LinkError, match="check the wiring"):
+        Bar30(bus, no_wait)
+
+
 @settings(max_examples=200)
 @given(st.floats(0, 30e5), st.floats(-19.9, 84.9))
 def test_raw_readings_are_the_inverse_of_the_compensation(pressure_pa, temperature_c):
