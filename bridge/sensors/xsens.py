@@ -108,6 +108,7 @@ def _reader(precision: int, start: int, stop: int) -> Numbers:
 MT_DATA2 = 0x36
 
 ORIENTATION_VALID = 1 << 1
+CLIPPED = 0x3F00  # bits of the status word: an axis of acceleration or rate of turn is beyond its range
 SAMPLE_TIME_TICK_S = 1e-4
 
 _PREAMBLE = b"\xfa\xff"
@@ -157,7 +158,8 @@ def encode_xsens(
 class XsensParser:
     """Parses acceleration, rate of turn and, if sent, temperature and attitude.
 
-    An attitude that is not in ENU, not of length 1, or flagged by the device is left out.
+    An attitude that is not in ENU, not of length 1, or flagged by the device is left out. A frame whose acceleration or
+    rate of turn the device flags as clipped gives no sample.
     """
 
     def __init__(self, latency_s: float = 0.0, clock: ClockFit | None = None) -> None:
@@ -206,6 +208,8 @@ class XsensParser:
         fx, fy, fz = vectors[ACCELERATION](values)
         p, q, r = vectors[RATE_OF_TURN](values)
         if not abs(fx) + abs(fy) + abs(fz) + abs(p) + abs(q) + abs(r) < _LARGEST:
+            return None
+        if STATUS_WORD in integers and values[integers[STATUS_WORD]] & CLIPPED:
             return None
         if self._clock is not None and SAMPLE_TIME_FINE in integers:
             self._ticks += (values[integers[SAMPLE_TIME_FINE]] - self._ticks) & 0xFFFFFFFF

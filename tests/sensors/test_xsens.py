@@ -126,6 +126,18 @@ def test_an_attitude_that_the_short_status_flags_is_left_out_too(status, attitud
     assert sample_of(frame).attitude == attitude
 
 
+@pytest.mark.parametrize("axis", range(8, 14))
+def test_a_frame_with_an_axis_beyond_its_range_gives_no_sample(axis):
+    """Bits 8 to 10 of the status word are the axes of acceleration, 11 to 13 those of the gyros."""
+    clipped = encode_xsens(0, 0.0, FORCE, RATE, LEVEL, ORIENTATION_VALID | 1 << axis)
+    assert XsensParser().feed(clipped, 0.0) == []
+
+
+@pytest.mark.parametrize("axis", range(14, 17))
+def test_a_magnetometer_beyond_its_range_takes_no_sample_away(axis):
+    assert sample_of(encode_xsens(0, 0.0, FORCE, RATE, LEVEL, ORIENTATION_VALID | 1 << axis)).rate == RATE
+
+
 @pytest.mark.parametrize("frame_bits", [0x4, 0x8])
 def test_an_attitude_in_another_frame_than_enu_is_left_out(frame_bits):
     parser = XsensParser()
@@ -190,10 +202,15 @@ vectors = st.tuples(numbers, numbers, numbers)
 
 
 @settings(max_examples=50)
-@given(vectors, vectors, st.integers(0, 65535), st.integers(0, 2**32 - 1))
-def test_what_is_encoded_is_what_is_parsed(force, rate, packet, status):
-    sample = sample_of(encode_xsens(packet, 3.0, force, rate, LEVEL, status | ORIENTATION_VALID))
-    assert (sample.specific_force, sample.rate, sample.attitude) == (force, rate, LEVEL)
+@given(vectors, vectors, st.integers(0, 65535), st.integers(0, 2**32 - 1), st.just(0) | st.integers(1, 63))
+def test_what_is_encoded_is_what_is_parsed_whatever_the_status_but_of_clipped_axes(
+    force, rate, packet, status, clipped
+):
+    status = status & ~0x3F00 | clipped << 8 | ORIENTATION_VALID
+    samples = XsensParser().feed(encode_xsens(packet, 3.0, force, rate, LEVEL, status), 10.0)
+    assert [(sample.specific_force, sample.rate, sample.attitude) for sample in samples] == (
+        [] if clipped else [(force, rate, LEVEL)]
+    )
 
 
 def test_the_cache_of_layouts_stays_bounded():
