@@ -67,10 +67,14 @@ def decoded(text: str) -> CrewText:
 
 
 def status_texts(text: str, severity: int, number: int) -> list[Any]:
-    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins those of a long text."""
+    """Return a STATUSTEXT of any length in pieces of 50 bytes; `number` (1 to 65535) joins those of a long text.
+
+    A receiver takes the first piece with a NUL for the last, so the last of several is never full.
+    """
     data = text.encode("ascii", errors="replace")
-    pieces = [data[i : i + 50] for i in range(0, len(data), 50)] or [b""]
-    together = number if len(pieces) > 1 else 0
+    is_long = len(data) > 50
+    pieces = [data[i : i + 50] for i in range(0, max(len(data) + is_long, 1), 50)]
+    together = number if is_long else 0
     return [
         dialect.MAVLink_statustext_message(severity, piece, together, i) for i, piece in enumerate(pieces)
     ]
