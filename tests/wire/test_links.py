@@ -97,6 +97,27 @@ def test_a_tcp_peer_that_goes_away_is_a_lost_link():
     client.close()
 
 
+@pytest.mark.skipif(not hasattr(socket, "TCP_USER_TIMEOUT"), reason="of Linux")
+def test_a_tcp_peer_whose_cable_was_pulled_is_lost_within_ten_seconds_though_data_wait_for_it(monkeypatch):
+    """Data that nobody acknowledges are otherwise sent again for a quarter of an hour, and the next peer of a server
+    waits for so long."""
+    limits = []
+    option = socket.socket.setsockopt
+
+    def notes(sock, level, name, value):
+        option(sock, level, name, value)
+        if (level, name) == (socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT):
+            limits.append(sock.getsockopt(level, name))
+
+    monkeypatch.setattr(socket.socket, "setsockopt", notes)
+    server = open_tcpin("127.0.0.1", 0)
+    client = open_link(f"tcp:127.0.0.1:{server.port}")
+    server.read(SOON_S)
+    assert limits == [10_000, 10_000]
+    client.close()
+    server.close()
+
+
 def test_a_serial_port_carries_every_byte_and_is_held_by_one_program():
     device, path = open_pty()
     port = open_link(f"serial:{path}:115200")
