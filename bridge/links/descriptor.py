@@ -106,7 +106,7 @@ def open_serial(port: str, baud: int = DEFAULT_BAUD) -> DescriptorLink:
         opened: Any = serial.Serial(port, baud, timeout=0, exclusive=True)
     except serial.SerialException as error:
         raise LinkError(_reason(port, error), name) from None
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise LinkError(f"can't be set up ({error}); check the baud rate", name) from None
     except OSError as error:
         raise LinkError(f"can't be opened ({error.strerror}); check the port", name) from None

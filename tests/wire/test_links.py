@@ -33,6 +33,7 @@ from bridge.wire.framing import Encoder, Framer
         ("tcp:127.0.0.1", "'127.0.0.1' is not a port number"),
         ("serial:/dev/ttyNowhere:115200", "there is no port /dev/ttyNowhere; check"),
         ("serial:/dev/null", "check that it is a serial port"),
+        ("serial:/dev/ptmx:99999999999", "check the baud rate"),
         ("udpout:no-such-host.invalid:1", "the host 'no-such-host.invalid' is unknown"),
         ("udpin:192.0.2.1:14550", "this computer has no address 192.0.2.1; it has 127.0.0.1"),
         ("udpin:192.0.2.1:14550", "or udpout:192.0.2.1:14550 where 192.0.2.1 is the other side"),
