@@ -13,7 +13,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from bridge.clock import Clock
 from bridge.errors import FrameError
@@ -23,11 +23,16 @@ from bridge.plain import from_json
 from bridge.signing.key import SigningKey, is_of, is_signed, link_and_time, signed, unsigned
 from bridge.wire.framing import Frame, Framer, measure
 
+if TYPE_CHECKING:
+    from concurrent.futures import Executor
+
 EPOCH_UNIX_S: Final = 1_420_070_400  # 2015-01-01
 STEPS_A_S: Final = 100_000
 MINUTE: Final = 60 * STEPS_A_S
 LATEST: Final = (1 << 48) - 1
 KEEP_EVERY_S: Final = 60.0
+WAIT_S: Final = 0.05
+"""A stalled disk holds up a link, and the control loop that writes to it, for no longer."""
 
 Stream = tuple[int, int, int]
 """System, component and link number."""
@@ -43,7 +48,8 @@ class Refusal(Enum):
 
 
 class Times:
-    """The times of one link. `file` keeps them over restarts; without a file, or on a full disk, they are forgotten."""
+    """The times of one link. `file` keeps them over restarts; without a file, or on a full or stalled disk, they are
+    forgotten."""
 
     def __init__(self, clock: Clock, file: Path | None = None) -> None:
         self._clock, self._file = clock, file
@@ -51,6 +57,7 @@ class Times:
         self._newest = max(self._heard.values(), default=0)
         self._reserved = self._sent
         self._keep_due_s = clock.boot_s()
+        self._aside: Executor | None = None
 
     def next(self) -> int:
         """Return the time for the next outgoing frame, later than all before."""
@@ -85,11 +92,19 @@ class Times:
         self._keep_due_s = self._clock.boot_s() + KEEP_EVERY_S
         if self._file is None:
             return
+        from concurrent.futures import ThreadPoolExecutor, wait
+
+        self._aside = self._aside or ThreadPoolExecutor(1, "keep times")
         heard = {" ".join(map(str, stream)): time for stream, time in self._heard.items()}
-        # Without them, a frame of the last minute could be replayed after a restart, which must stop no dive.
-        with suppress(OSError):
-            self._file.parent.mkdir(parents=True, exist_ok=True)
-            write_whole(self._file, json.dumps({"sent": self._reserved, "heard": heard}))
+        text = json.dumps({"sent": self._reserved, "heard": heard})
+        wait([self._aside.submit(_write, self._file, text)], WAIT_S)
+
+
+def _write(file: Path, text: str) -> None:
+    # Without them, a frame of the last minute could be replayed after a restart, which must stop no dive.
+    with suppress(OSError):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        write_whole(file, text)
 
 
 def _kept(file: Path) -> tuple[int, dict[Stream, int]]:

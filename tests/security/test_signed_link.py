@@ -1,7 +1,11 @@
 """A signed link: accepted and refused frames, and the warnings to the crew."""
 
+import json
+from threading import Event
+
 import pytest
 from pymavlink.dialects.v20 import ardupilotmega as dialect
+from waiting import until
 
 from bridge.clock import SimulatedClock
 from bridge.links.link import memory_pair
@@ -11,6 +15,7 @@ from bridge.wire.framing import Encoder, Framer
 
 BEAT = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
 KEY = SigningKey(bytes(range(32)))
+PATIENCE_S = 10.0
 
 
 class Side:
@@ -258,6 +263,8 @@ def test_times_go_on_over_a_restart_though_the_clock_was_set_back(tmp_path):
     assert before.arrives(before.now())
     last = before.gate.out(Encoder(1, 1).encode(BEAT))
     before.link.close()
+    sent = int.from_bytes(last[-12:-6], "little")
+    until(lambda: file.exists() and json.loads(file.read_text())["sent"] == sent, PATIENCE_S)
     after = Side(SimulatedClock(unix_at_boot_s=1_500_000_000.0), file)
     assert after.gate.out(Encoder(1, 1).encode(BEAT))[-12:-6][::-1] > last[-12:-6][::-1]
     assert after.arrives(before.now()) == b""
@@ -269,6 +276,7 @@ def test_a_process_that_was_killed_never_says_a_time_twice(tmp_path):
     file = tmp_path / "times.json"
     killed = Times(SimulatedClock(), file)
     times = [killed.next() for _ in range(1000)]
+    until(file.exists, PATIENCE_S)
     assert Times(SimulatedClock(), file).next() > times[-1]
 
 
@@ -283,6 +291,22 @@ def test_times_that_can_not_be_kept_stop_nothing(tmp_path):
     (tmp_path / "file").write_text("")
     times = Times(SimulatedClock(), tmp_path / "file" / "times.json")
     assert times.next() < times.next()
+
+
+def test_a_disk_that_stalls_holds_up_no_frame(side, tmp_path, monkeypatch):
+    stalled, written = Event(), Event()
+
+    def stalls(*_):
+        stalled.wait(PATIENCE_S)
+        written.set()
+
+    monkeypatch.setattr("bridge.signing.link.write_whole", stalls)
+    times = Times(side.clock, tmp_path / "times.json")
+    first = times.next()
+    side.clock.advance_to(200.0)
+    assert (times.next() > first, written.is_set()) == (True, False)
+    stalled.set()
+    assert written.wait(PATIENCE_S)
 
 
 def test_what_can_not_be_signed_is_not_sent_but_counted(side):
