@@ -149,7 +149,9 @@ class GapMonitor:
             if departure.max() > LEARNS_BELOW:
                 self._undoubted.clear()
             elif len(self._undoubted) > MEAN_S:
-                self._learn(self._undoubted.popleft())
+                learnt = self._undoubted.popleft()
+                # Else one wrong reading of a DVL would hide all that comes after it.
+                self._learn(learnt, SQUARE_CAP * self._floor(learnt) ** 2)
         is_high = len(self._recent) == MEAN_S and departure.max() > ALARM_ABOVE
         self._high_s = self._high_s + 1 if is_high else 0
         self._judge(drift, departure)
@@ -192,9 +194,10 @@ class GapMonitor:
         quick = (drift.quick.score / variance).sum(axis=1), (drift.quick.known / variance).sum(axis=1)
         self._quick.add(*quick, drift.drift, learns=learns)
 
-    def _learn(self, drift: Drift) -> None:
+    def _learn(self, drift: Drift, most: float | Array = np.inf) -> None:
+        """Make the drift part of the floor, its square up to `most` (6,)."""
         keep = 1.0 - 1.0 / MEMORY_S
-        self._square = keep * self._square + np.nan_to_num(drift.drift**2)
+        self._square = keep * self._square + np.fmin(np.nan_to_num(drift.drift**2), most)
         self._quick_square = keep * self._quick_square + drift.quick.square
         self._weight = keep * self._weight + 1.0
 

@@ -137,6 +137,16 @@ def test_a_kick_however_hard_is_no_alarm():
     assert first_alarm(monitor, [*steady(1.0, 10), *drifts_of(rng, 60)]) is None
 
 
+@pytest.mark.parametrize("off", [0.2, 2.0])
+def test_a_wrong_reading_of_the_dvl_hides_no_departure_after_it(off):
+    """It shows in the drift of its own second, and again, turned round, five seconds later."""
+    rng = np.random.default_rng(2)
+    monitor = monitor_after(drifts_of(rng, 300))
+    wrong = [*steady(off, 1), *drifts_of(rng, 4), *steady(-off, 1)]
+    assert first_alarm(monitor, [*wrong, *drifts_of(rng, 90)]) is None
+    assert 20 <= first_alarm(monitor, steady(0.03, 60)) <= 35
+
+
 @pytest.mark.parametrize("seconds", rest_in_soak([900, 3600]))
 def test_sea_and_noise_are_no_alarm_for_as_long_as_it_runs(seconds):
     monitor = GapMonitor(MODEL)
