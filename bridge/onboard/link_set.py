@@ -11,7 +11,7 @@ from bridge.links.link import Link
 from bridge.wire.framing import Frame, Framer
 
 LARGEST_WRITE: Final = 1200  # fits a datagram on every network
-MOST_READS_A_STEP: Final = 64
+MOST_READS_A_STEP, MOST_BYTES_A_STEP = 64, 1 << 16
 TELL_SLOW_EVERY_S: Final = 10.0
 
 
@@ -45,9 +45,10 @@ class Sides:
     def heard(self, now_s: float) -> Iterator[tuple[int, Frame]]:
         """Yield the frames that arrived since the last call, each with its link's number.
 
-        A flood is not read to its end.
+        A flood is not read to its end, for the loop that steers waits here.
         """
         for number, side in enumerate(self._sides):
+            size = 0
             for _ in range(MOST_READS_A_STEP):
                 try:
                     data = side.link.read(0.0)
@@ -58,7 +59,8 @@ class Sides:
                 if not data and side.link.fault:
                     self._failed(side, side.link.fault)
                 yield from ((number, frame) for frame in side.framer.hear(data, now_s))
-                if not data:
+                size += len(data)
+                if not data or size >= MOST_BYTES_A_STEP:
                     break
 
     def write(self, number: int, frames: Sequence[bytes]) -> None:

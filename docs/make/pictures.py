@@ -126,7 +126,8 @@ def live() -> Iterator[Views]:
 
 def at(telemetry: Path, seconds: float) -> View:
     """The watcher's picture of a recording, `seconds` after its beginning."""
-    watcher = Watcher(load_vehicle(VEHICLE), accepted=partial(accepted_values, RECEIPTS))
+    file = load_vehicle(VEHICLE)
+    watcher = Watcher(file, accepted=partial(accepted_values, RECEIPTS, file.vehicle.name))
     began_us, now_s = 0, 0.0
     for unix_us, frame in read_tlog(telemetry):
         began_us = began_us or unix_us

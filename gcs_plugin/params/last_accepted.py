@@ -93,9 +93,9 @@ def accepted_of(file: Path, receipts: Path) -> dict[str, AcceptedValue]:
     return last_accepted(receipts, vehicle="" if sidecar is None else sidecar.vehicle)
 
 
-def accepted_values(receipts: Path, system: int) -> dict[str, float]:
-    """The values of `last_accepted`, by id."""
-    return {name: accepted.value for name, accepted in last_accepted(receipts, system).items()}
+def accepted_values(receipts: Path, vehicle: str, system: int) -> dict[str, float]:
+    """The values of `last_accepted`, by id; `vehicle` is the name in its file."""
+    return {name: accepted.value for name, accepted in last_accepted(receipts, system, vehicle).items()}
 
 
 @dataclass(frozen=True)

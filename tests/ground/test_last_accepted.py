@@ -14,6 +14,7 @@ from gcs_plugin.params.comparison import compared
 from gcs_plugin.params.last_accepted import (
     AcceptedValue,
     accepted_of,
+    accepted_values,
     keep_accepted,
     kept_of,
     last_accepted,
@@ -338,6 +339,13 @@ def test_a_file_is_held_against_what_its_own_vehicle_accepted(receipts, of):
         write_with_sidecar(file, {"FF1_M_U": 101.0}, (), dataclasses.replace(SIDECAR, vehicle=of))
     accepted = {name: item.value for name, item in accepted_of(file, receipts.path).items()}
     assert accepted == {"FF1_M_U": 100.0 if of == "ruvifist" else 16.0}
+
+
+def test_the_model_that_a_vehicle_is_watched_by_is_of_no_other_vehicle_of_its_address(receipts):
+    receipts.keep(FF1_M_U=100.0)
+    receipts.keep(sidecar=dataclasses.replace(SIDECAR, vehicle="bluerov2"), FF1_M_U=16.0)
+    assert accepted_values(receipts.path, "ruvifist", 1) == {"FF1_M_U": 100.0}
+    assert accepted_values(receipts.path, "bluerov2", 1) == {"FF1_M_U": 16.0}
 
 
 def test_an_upload_to_one_vehicle_settles_no_unfinished_one_to_another(receipts):

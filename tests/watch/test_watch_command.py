@@ -156,7 +156,7 @@ def test_the_model_in_force_is_that_of_the_last_upload(healthy, tmp_path):
     )
     OnAir(watcher).beats(1.0, armed=True)
     assert asked == [1]
-    assert accepted_values(tmp_path, 1) == {}
+    assert accepted_values(tmp_path, "ruvifist", 1) == {}
 
 
 def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):

@@ -9,7 +9,9 @@ from service_rig import acted, fog, vehicle
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LinkLost
+from bridge.links.link import Link
 from bridge.links.reconnecting import Reconnecting
+from bridge.onboard.link_set import Sides
 from bridge.onboard.parameters import ParameterServer
 from bridge.onboard.service import Bridge
 from bridge.sensors.samples import DvlSample, PressureSample
@@ -185,3 +187,29 @@ def test_it_hears_a_flood_in_parts_and_still_does_its_work(rig):
     rig.bridge.publish(acted(0.1))
     rig.step(0.1)
     assert rig.readings_of("tau_cmd")
+
+
+class Flooding(Link):
+    """A link with more to read for ever."""
+
+    name = "flood"
+
+    def __init__(self, piece):
+        self._piece, self.reads = piece, 0
+
+    def read(self, _):
+        self.reads += 1
+        return self._piece
+
+    def write(self, data):
+        pass
+
+    def close(self):
+        pass
+
+
+def test_of_a_peer_that_floods_in_large_pieces_a_step_takes_one():
+    link = Flooding(b"\x00" * 65536)
+    sides = Sides([link], lambda _: None)
+    assert list(sides.heard(0.0)) == []
+    assert link.reads == 1

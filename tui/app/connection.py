@@ -103,7 +103,7 @@ class Connection:
             self._file,
             unix_at_zero_s=self._clock.unix_s() - self._clock.boot_s(),
             settings=self._alarms,
-            accepted=partial(accepted_values, self._receipts),
+            accepted=partial(accepted_values, self._receipts, self._file.vehicle.name if self._file else ""),
             recorded=lambda: links.recorded_by(
                 links.holder_of(self._looked_at) if self._looked_at else links.holding_now()
             ),

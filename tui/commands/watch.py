@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace) -> int:
             arguments.system,
             clock.unix_s() - clock.boot_s(),
             settings,
-            partial(accepted_values, Path(arguments.receipts)),
+            partial(accepted_values, Path(arguments.receipts), file.vehicle.name if file else ""),
             lambda: links.recorded_by(_holding(arguments.link)),
         )
         reader = LinkReader(link, watcher, clock, lambda: opener.words(arguments.link or ""))
