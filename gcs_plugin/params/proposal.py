@@ -157,7 +157,7 @@ def propose_upload(
     missing = set(only or ()) - {row.name for row in plan.rows}
     if missing:
         raise ParamUnknown(f"{file}: nothing of {', '.join(sorted(missing))} is to be changed; leave it out")
-    accepted = last_accepted(receipts, system)
+    accepted = last_accepted(receipts, system, wanted.vehicle)
     credits = () if wanted.sidecar is None else wanted.sidecar.credits
     doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept, credits, wanted.gains)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
@@ -191,7 +191,7 @@ def propose_rollback(
         mark = {HULL: NO_HULL} if HULL in present else {}
         values = {**values, **mark, MODE: float(Mode.OFF)}
     plan = replace(make_plan(not_raised(values, present), present), withdraws=withdraws)
-    lines = compared(plan, wanted.sidecar, last_accepted(receipts, system))
+    lines = compared(plan, wanted.sidecar, last_accepted(receipts, system, wanted.vehicle))
     return Proposal(file, wanted, plan, lines, left=left, restores=str(file))
 
 

@@ -38,6 +38,11 @@ class Wanted:
     gains: Mapping[str, float] = field(default_factory=dict)
 
     @property
+    def vehicle(self) -> str:
+        """Name of the vehicle that the values are of, "" where the file does not say."""
+        return "" if self.sidecar is None else self.sidecar.vehicle
+
+    @property
     def intervals(self) -> Mapping[str, Interval]:
         return {} if self.sidecar is None else self.sidecar.intervals
 

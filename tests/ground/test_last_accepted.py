@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -23,10 +24,12 @@ from gcs_plugin.params.last_accepted import (
     written_since,
 )
 from gcs_plugin.params.plan import make_plan
+from gcs_plugin.params.proposal import propose_rollback, propose_upload
 from gcs_plugin.params.receipt import Line, Receipt, begin, next_number
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_with_sidecar
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.params.unfinished import unfinished
+from gcs_plugin.params.wanted import Wanted
 
 MASS = Interval("M_u", "kg", 90.0, 110.0)
 SIDECAR = Sidecar(
@@ -346,6 +349,21 @@ def test_the_model_that_a_vehicle_is_watched_by_is_of_no_other_vehicle_of_its_ad
     receipts.keep(sidecar=dataclasses.replace(SIDECAR, vehicle="bluerov2"), FF1_M_U=16.0)
     assert accepted_values(receipts.path, "ruvifist", 1) == {"FF1_M_U": 100.0}
     assert accepted_values(receipts.path, "bluerov2", 1) == {"FF1_M_U": 16.0}
+
+
+@pytest.mark.parametrize(("of", "accepted"), [("ruvifist", 100.0), ("bluerov2", 16.0)])
+def test_a_set_is_held_against_what_its_vehicle_accepted_though_another_has_its_address(
+    receipts, of, accepted
+):
+    receipts.keep(FF1_M_U=100.0)
+    receipts.keep(sidecar=dataclasses.replace(SIDECAR, vehicle="bluerov2"), FF1_M_U=16.0)
+    file, wanted = (
+        Path("a.param"),
+        Wanted({"FF1_M_U": 17.0}, sidecar=dataclasses.replace(SIDECAR, vehicle=of)),
+    )
+    for propose in (partial(propose_upload, only=None), propose_rollback):
+        (line,) = propose(file, wanted, {"FF1_M_U": 90.0}, receipts=receipts.path, system=1).lines
+        assert line.accepted == accepted
 
 
 def test_an_upload_to_one_vehicle_settles_no_unfinished_one_to_another(receipts):
