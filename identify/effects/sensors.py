@@ -31,7 +31,8 @@ def _deep(course: Course, values: Array) -> Act:
 
 DEPTH_SCALE = Effect(
     "depth_scale",
-    "a depth sensor that reads all depths too large or too small, as a blocked or ageing cell does",
+    "a depth sensor that reads all depths too large or too small, as a blocked or ageing cell does, and the sea by "
+    "1.027 where the vehicle file's water is fresh",
     "reading",
     (Parameter("scale", "1", 1.1, low=0.3, high=3.0, none=1.0),),
     _deep,

@@ -78,6 +78,12 @@ def test_the_names_and_parameters_are_those_of_the_shared_schema() -> None:
     assert {"depth_scale": ["scale"]} | named == PARAMETERS
 
 
+def test_a_depth_that_seems_too_large_is_told_as_what_the_sea_does_to_a_file_of_fresh_water_too() -> None:
+    (effect,) = (each for each in LIBRARY if each.name == "depth_scale")
+    assert "the sea" in effect.sentence
+    assert f"{1025.0 / 998.2:.3f}" in effect.sentence
+
+
 def test_no_two_effects_go_by_one_label() -> None:
     labels = [effect.label for effect in LIBRARY]
     assert len(set(labels)) == len(labels)

@@ -190,6 +190,17 @@ def test_columns_without_any_number_are_a_signal_that_is_missing(tmp_path: Path,
     assert not any("never armed" in note for note in dive.notes)
 
 
+def test_speeds_of_the_shafts_alone_are_said_to_be_thrust_by_a_vehicle_file(tmp_path: Path) -> None:
+    map_text = (
+        "time: {column: t}\ngyro: {columns: [p, q, r], unit: rad/s}\nrpm: {columns: [a, b], unit: rpm}\n"
+    )
+    rows = "t,p,q,r,a,b\n" + "".join(f"{0.05 * k},0,0,{0.1 * k},{20 * k},{-20 * k}\n" for k in range(9))
+    dive = of_table(tmp_path, rows, map_text)
+    assert dive.rpm is not None
+    assert any("shafts' speeds" in note and "forward_n_s2" in note for note in dive.notes)
+    assert not any("Neither thruster commands" in note for note in dive.notes)
+
+
 @pytest.mark.parametrize("name", ["Yaw_test_3.csv", "Depth_test_4.csv", "depth_test.csv"])
 def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
     dive = read_dive(shared("data", "bolt_auv", name), Path("bolt"))

@@ -77,6 +77,11 @@ def _rates(dive: Dive) -> list[str]:
 def _forces(dive: Dive) -> list[str]:
     recorded = (dive.thruster_commands, dive.effort, dive.tau_cmd)
     signal = next((commands for commands in recorded if commands is not None), None)
+    if signal is None and dive.rpm is not None:
+        return [
+            "Of the thrusters the shafts' speeds alone are recorded: without a vehicle file, whose forward_n_s2 and "
+            "reverse_n_s2 make thrust of them, nothing can be identified."
+        ]
     if signal is None:
         return ["Neither thruster commands nor wrenches are recorded: nothing can be identified."]
     notes = []
