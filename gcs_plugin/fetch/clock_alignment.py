@@ -100,12 +100,13 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> OneCl
 
     `anchors`, at least one, rise by place; `file` is the recording's name. Raises LogError if its clock was set.
     """
-    _refuse_steps(kept, anchors, file)
     stamps = np.array([item.stamp_us for item in kept], np.float64)
     cuts = [place for place in range(1, len(kept)) if kept[place].boot != kept[place - 1].boot]
     dated, known, strange = np.full(len(kept), np.nan), [], []
     for begins, ends in pairwise([0, *cuts, len(kept)]):
-        if common := _between(anchors, begins, ends):
+        common = _between(anchors, begins, ends)
+        _refuse_steps(kept, range(begins + 1, ends), common, file)
+        if common:
             known.append(_offsets(kept, common))
             dated[begins:ends] = known[-1].by_other(stamps[begins:ends])
         else:
@@ -127,17 +128,17 @@ def _guessed(stamps: Array, before: Array, after: Array) -> Array:
     return np.minimum(begins_us + np.maximum.accumulate(stamps - stamps[0]).clip(0.0), ends_us)
 
 
-def _refuse_steps(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> None:
-    """Raise LogError if the clock was set while the vehicle ran on: nothing can be dated by it."""
+def _refuse_steps(kept: Sequence[Kept], boot: range, anchors: Sequence[Anchor], file: Path) -> None:
+    """Raise LogError if the clock was set while the vehicle ran on: nothing can be dated by it.
+
+    `boot`: the places of a boot after its first; `anchors`: its own. The next boot may stand on another clock.
+    """
     places = [frame.place for frame in anchors]
-    begins = 0
-    for place in range(1, len(kept)):
+    for place in boot:
         passed_us = kept[place].stamp_us - kept[place - 1].stamp_us
-        if kept[place].boot != kept[place - 1].boot:
-            begins = place
-        elif not -BACK_US <= passed_us <= LEAP_US:
-            middle, first = bisect_left(places, place), bisect_left(places, begins)
-            earlier = anchors[max(first, middle - COMPARED) : middle]
+        if not -BACK_US <= passed_us <= LEAP_US:
+            middle = bisect_left(places, place)
+            earlier = anchors[max(0, middle - COMPARED) : middle]
             later = anchors[middle : middle + COMPARED]
             # Common frames after the step were sent after those before it.
             by_us = _middle_us(later) - _middle_us(earlier) if earlier and later else -min(passed_us, 0)

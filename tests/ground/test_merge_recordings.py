@@ -168,6 +168,19 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
     assert (result.guessed > 0, result.holes) == (not second_heard, ())
 
 
+def test_a_pause_in_the_unheard_end_of_a_boot_is_no_clock_that_was_set(tmp_path):
+    """The next boot's clock stands elsewhere, as that of a computer without a battery does."""
+    first, second, bare = bare_boots(tmp_path)
+    paused = [of_it(bare[0], 0.0, 20.0), of_it(bare[0], 20.5)]
+    files = [tmp_path / Segment(boot, 7 + boot, 0, 0).name for boot in (1, 2)]
+    for file, part in zip(files, ([*paused[0], *paused[1]], bare[1]), strict=True):
+        write_records(file, part)
+    write_records(tmp_path / "ground.tlog", of_it(first, 0.0, 10.0) + of_it(second))
+    result = merge_recordings([tmp_path / "ground.tlog"], files, SOURCE)
+    sent = [raw for part in (*paused, second) for _, raw in part]
+    assert [raw for _, raw in result.records] == sent
+
+
 @pytest.mark.parametrize(("begins_s", "ends_s"), [(40.0, 60.0), (20.0, 30.0)])
 def test_a_recording_without_a_common_frame_is_refused_with_the_reason(tmp_path, frames, begins_s, ends_s):
     folder = dive_of(tmp_path, of_it(frames, 0.0, 18.0) + of_it(frames, 32.0, 38.0))
