@@ -19,7 +19,6 @@ from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError, SeatrialError
 from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Frame, Framer
 from gcs_plugin.bell import Bell
 from gcs_plugin.fleet import Fleet
@@ -241,9 +240,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             peer = self._fleet.peers.get((health.system, health.component))
             if peer is not None and peer.is_vehicle:
                 lines.append("ARMED" if self._fleet.peers.armed(health.system) else "disarmed")
-                if (mode := self._switching.modes.get(health.system)) is not None:
-                    lines.append(f"feed-forward {word_of(mode)}")
-            self.say_line(", ".join(lines))
+                lines.append(self._switching.mode_words(health.system))
+            self.say_line(", ".join(filter(None, lines)))
         if not sources:
             self.say_line("nothing heard yet")
         with contextlib.suppress(LinkError):
