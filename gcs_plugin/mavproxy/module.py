@@ -138,10 +138,11 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 self.say_line(f"ALARM {alarm.words}")
 
     def unload(self) -> None:
-        """Clean up when MAVProxy unloads the module or ends. A mode that is on its way, OFF too, is sent no more: that
-        is said."""
+        """Clean up when MAVProxy unloads the module or ends. What is on its way, parameters or a mode, OFF too, is sent
+        no more: that is said."""
         self._work.kill()
         self._switching.cancel()
+        self._parameters.end()
         atexit.unregister(self._work.kill)
         self._recordings.stop()
         self._tap([])
