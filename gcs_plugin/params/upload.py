@@ -409,6 +409,8 @@ class Upload:
                 now = (
                     f"the staged values are back and active as set {self._crc_old}; no set of them was before"
                 )
+            if self._overruled and MODE in self._written:
+                now = f"{now}, but for {MODE}: OFF was ordered meanwhile and wins"
             self._end(Outcome.ROLLED_BACK, f"{cause}; {now}")
         elif self._overruled and MODE in self._written:
             self._end(Outcome.UNVERIFIED, f"{cause}; read it from the vehicle")

@@ -102,6 +102,8 @@ def test_an_off_of_another_while_an_upload_is_taken_back_is_undone_by_no_mode_fr
     assert vehicle.values["FF_MODE"] == 0.0
     assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
     assert vehicle.flying() == flown(OLD)
+    is_told = ending.sentence.endswith("as it was, but for FF_MODE: OFF was ordered meanwhile and wins")
+    assert is_told == (ending.outcome is Outcome.ROLLED_BACK)
 
 
 def test_an_upload_of_the_mode_alone_that_an_off_overrules_says_so_and_sends_nothing():
