@@ -140,6 +140,29 @@ def test_a_clock_that_goes_on_evenly_has_no_step_however_silent_its_link_was(tmp
     assert most_off_s(result, frames) < 0.01
 
 
+def held_up(records, stalls_at_s, stall_s):
+    """As a link delivers them that stalls at these times, and then gives all that waited at once."""
+    for at_s in stalls_at_s:
+        begins_us = records[0][0] + round(at_s * 1e6)
+        ends_us = begins_us + round(stall_s * 1e6)
+        records = [
+            (ends_us if begins_us <= stamp_us < ends_us else stamp_us, raw) for stamp_us, raw in records
+        ]
+    return records
+
+
+@pytest.mark.parametrize(
+    ("stalls_at_s", "stall_s"), [([20.0], 0.6), ([20.0], 5.0), ([10.0, 18.0, 26.0, 34.0, 42.0, 50.0], 2.0)]
+)
+def test_a_link_that_stalls_and_then_delivers_all_that_waited_is_no_clock_that_was_set(
+    tmp_path, frames, stalls_at_s, stall_s
+):
+    other = held_up(of_it(frames), stalls_at_s, stall_s)
+    result = put_together(tmp_path, of_it(frames, share=0.7, seed=1), other)
+    assert [raw for _, raw in result.records] == [raw for _, raw in frames]
+    assert most_off_s(result, frames) < 0.1
+
+
 def bare_boots(tmp_path):
     """Two boots of a vehicle without a date: as heard, and as its ring keeps each boot."""
     dive = Dive(tmp_path / "ring")
