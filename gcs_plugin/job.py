@@ -140,6 +140,8 @@ def side_by_side(
 def _join(shares: "multiprocessing.Queue[tuple[str, float]]") -> None:
     global _shares
     _shares = shares
+    # Once all results are there nobody reads the shares any more, and a process must not wait for that at its end.
+    shares.cancel_join_thread()
     threading.Thread(target=end_with_parent, daemon=True).start()
 
 

@@ -52,6 +52,8 @@ Peer = tuple[int, int, int]
 MOST_SESSIONS: Final = 16
 MOST_WAITING: Final = 256
 MOST_LISTINGS: Final = 8
+LISTED_S: Final = 5.0
+"""Time for which a peer's listing stays, even if its first part is asked for again: that request may be a late copy."""
 IDLE_S: Final = 30.0
 BURST_PACKETS: Final = 64
 CRC_BYTES_A_STEP: Final = 1 << 18
@@ -106,7 +108,7 @@ class FileServer:
         self._files, self._pace = files, pace
         self._sessions: dict[int, _Session] = {}
         self._lanes: dict[int, _Lane] = {}
-        self._listings: dict[Peer, list[str]] = {}
+        self._listings: dict[Peer, tuple[float, list[str]]] = {}
         self._checksums: list[_Checksum] = []
 
     def hear(self, peer: Peer, payload: bytes, now_s: float) -> None:
@@ -154,7 +156,7 @@ class FileServer:
         """Return the answer to a request; None if it gets none, or gets it later."""
         try:
             if request.op == Op.LIST:
-                return self._listed(peer, request)
+                return self._listed(peer, request, now_s)
             if request.op == Op.OPEN_READ:
                 return self._opened(peer, request, now_s)
             if request.op == Op.CRC32:
@@ -172,16 +174,18 @@ class FileServer:
             return None
         return refused(request, Fault.PROTECTED if request.op in _WRITES else Fault.UNKNOWN)
 
-    def _listed(self, peer: Peer, request: Packet) -> Packet:
+    def _listed(self, peer: Peer, request: Packet, now_s: float) -> Packet:
         if _name(request.data) not in ("", "."):
             raise FileNotFoundError
         # A listing is a snapshot: if it changed between requests, a client that lists by index could miss a file.
-        if request.offset == 0 or peer not in self._listings:
+        listed_s, entries = self._listings.get(peer, (now_s, []))
+        if not entries or (request.offset == 0 and now_s - listed_s >= LISTED_S):
             if len(self._listings) >= MOST_LISTINGS:
                 self._listings.pop(next(iter(self._listings)), None)
-            self._listings[peer] = [f"F{name}\t{size}\0" for name, size in self._files.sizes()]
+            entries = [f"F{name}\t{size}\0" for name, size in self._files.sizes()]
+            self._listings[peer] = now_s, entries
         data = b""
-        for entry in self._listings[peer][request.offset :]:
+        for entry in entries[request.offset :]:
             if len(data) + len(entry) > DATA_BYTES:
                 break
             data += entry.encode("ascii")

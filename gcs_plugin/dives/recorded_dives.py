@@ -15,6 +15,8 @@ from gcs_plugin.recording.recorder import DiveCounts, Recorder
 
 FULL_BYTES: Final = 2_000_000_000
 """At this size of its files a dive ends and the next begins: a reader refuses a file of more than MOST_BYTES."""
+RETRY_S: Final = 60.0
+"""Time until the next dive is tried again where none could be begun: the full one grows by a few MB meanwhile."""
 FULL: Final = (
     f"the dive has {FULL_BYTES / 1e9:.0f} GB, and little more is read of one: it goes on in the next dive"
 )
@@ -56,6 +58,7 @@ class RecordedDives:
         self.finished: list[RecordedDive] = []
         self.folder = self._new()
         self._filled: DiveFolder | None = None
+        self._retry_s = 0.0
 
     def unix_s(self) -> float:
         """Current time on the clock of the recording's stamps, which follows no change of the computer's clock."""
@@ -87,15 +90,25 @@ class RecordedDives:
             raise
 
     def go_on_if_full(self, recorder: Recorder, begun: Callable[[RecordedDive], None]) -> bool:
-        """Begin the next dive, as `go_on` does, if the present one holds FULL_BYTES; tried once for each dive.
+        """Begin the next dive, as `go_on` does, if the present one holds FULL_BYTES, once for each dive.
 
-        Return whether it was tried.
+        Return whether it was begun. Raises LogError like `go_on`, and is then tried again RETRY_S later.
         """
+        # The folder first: the recorder may change to the next dive meanwhile, and its files are then not full.
+        full, now_s = self.folder, self._clock.boot_s()
         kept = recorder.kept
-        if self._filled is self.folder or kept.bytes + STAMP_BYTES * kept.frames < FULL_BYTES:
+        if (
+            self._filled is full
+            or now_s < self._retry_s
+            or kept.bytes + STAMP_BYTES * kept.frames < FULL_BYTES
+        ):
             return False
-        self._filled = self.folder
-        self.go_on(recorder, begun)
+        try:
+            self.go_on(recorder, begun)
+        except LogError:
+            self._retry_s = now_s + RETRY_S
+            raise
+        self._filled = full
         return True
 
     def end(self, count: DiveCounts) -> RecordedDive:

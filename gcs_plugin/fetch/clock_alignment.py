@@ -1,7 +1,8 @@
 """Put a recording on the clock of another by the frames that both hold, each boot of its vehicle by itself.
 
 The difference between a frame's two stamps is smallest when the link was quickest, so the smallest difference in
-every ten seconds is the offset between the clocks. A clock that was set while the vehicle ran on dates nothing.
+every ten seconds is the offset between the clocks. A clock that was set while the vehicle ran on dates nothing. A link
+that stalls and then delivers at once all that waited is told from that by what it delivers later.
 """
 
 from bisect import bisect_left
@@ -23,7 +24,8 @@ BLOCK_US: Final = 10_000_000
 BACK_US: Final = 50_000
 """A recorder whose clock runs on never stamps a frame this much earlier than the frame before."""
 LEAP_US: Final = 200_000
-"""A longer time without a frame may mean that the clock was set ahead."""
+"""A longer time without a frame may mean that the clock was set ahead, or that the link stalled; within this time it
+then delivers all that waited."""
 STEP_US: Final = 250_000
 """A smaller step can't be distinguished from a late link."""
 EARLY_US: Final = 30_000_000
@@ -100,14 +102,21 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> OneCl
 
     `anchors`, at least one, rise by place; `file` is the recording's name. Raises LogError if its clock was set.
     """
-    _refuse_steps(kept, anchors, file)
     stamps = np.array([item.stamp_us for item in kept], np.float64)
     cuts = [place for place in range(1, len(kept)) if kept[place].boot != kept[place - 1].boot]
     dated, known, strange = np.full(len(kept), np.nan), [], []
     for begins, ends in pairwise([0, *cuts, len(kept)]):
-        if common := _between(anchors, begins, ends):
-            known.append(_offsets(kept, common))
-            dated[begins:ends] = known[-1].by_other(stamps[begins:ends])
+        common = _between(anchors, begins, ends)
+        # A vehicle stamps its own frames before any link can hold them.
+        held_us = np.zeros(ends - begins) if kept[begins].boot else _held(stamps[begins:ends])
+        prompt = [anchor for anchor in common if not held_us[anchor.place - begins]]
+        if 2 * len(prompt) < len(common):  # a pause before nearly every frame is no stall
+            prompt, held_us = list(common), np.zeros(ends - begins)
+        _refuse_steps(kept, range(begins + 1, ends), prompt, file)
+        if prompt:
+            known.append(_offsets(kept, prompt))
+            on_time_us = known[-1].by_other(stamps[begins:ends])
+            dated[begins:ends] = on_time_us - _late(on_time_us, stamps, common, begins, held_us)
         else:
             strange.append((begins, ends))
     for begins, ends in strange:
@@ -119,6 +128,32 @@ def put_on(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> OneCl
     return OneClock([round(item) for item in rising.tolist()], line, sum(b - a for a, b in strange))
 
 
+def _held(stamps: Array) -> Array:
+    """For arrivals (n,) in us: how long a link that stalled may have held each; 0 for one that no stall can have held.
+
+    Such a link delivers at once all that waited.
+    """
+    passed_us = np.diff(stamps, prepend=stamps[0])
+    first = np.maximum.accumulate(np.where(passed_us > LEAP_US, np.arange(len(stamps)), 0))
+    since_us = stamps - stamps[first]
+    return np.where((first > 0) & (since_us <= LEAP_US), since_us + passed_us[first], 0.0)
+
+
+def _late(on_time_us: Array, stamps: Array, anchors: Sequence[Anchor], begins: int, held_us: Array) -> Array:
+    """How long a stalled link held each frame of a piece (n,), in us.
+
+    `on_time_us`: when each was sent had none been held. A frame was sent no later than the other recorder heard it.
+    """
+    waited = [anchor for anchor in anchors if held_us[anchor.place - begins]]
+    if not waited:
+        return np.zeros(len(held_us))
+    places = np.array([anchor.place - begins for anchor in waited])
+    heard_us = stamps[places + begins] + [anchor.ahead_us for anchor in waited]
+    late_us = np.clip(on_time_us[places] - heard_us, 0.0, held_us[places])
+    beside_us: Array = np.interp(np.arange(len(held_us)), places, late_us)
+    return np.minimum(beside_us, held_us)
+
+
 def _guessed(stamps: Array, before: Array, after: Array) -> Array:
     """Date a piece without common frames: it begins at the end of the piece before and ends before the next."""
     begins_us = np.nanmax(before, initial=-np.inf)
@@ -127,17 +162,17 @@ def _guessed(stamps: Array, before: Array, after: Array) -> Array:
     return np.minimum(begins_us + np.maximum.accumulate(stamps - stamps[0]).clip(0.0), ends_us)
 
 
-def _refuse_steps(kept: Sequence[Kept], anchors: Sequence[Anchor], file: Path) -> None:
-    """Raise LogError if the clock was set while the vehicle ran on: nothing can be dated by it."""
+def _refuse_steps(kept: Sequence[Kept], boot: range, anchors: Sequence[Anchor], file: Path) -> None:
+    """Raise LogError if the clock was set while the vehicle ran on: nothing can be dated by it.
+
+    `boot`: the places of a boot after its first; `anchors`: its own. The next boot may stand on another clock.
+    """
     places = [frame.place for frame in anchors]
-    begins = 0
-    for place in range(1, len(kept)):
+    for place in boot:
         passed_us = kept[place].stamp_us - kept[place - 1].stamp_us
-        if kept[place].boot != kept[place - 1].boot:
-            begins = place
-        elif not -BACK_US <= passed_us <= LEAP_US:
-            middle, first = bisect_left(places, place), bisect_left(places, begins)
-            earlier = anchors[max(first, middle - COMPARED) : middle]
+        if not -BACK_US <= passed_us <= LEAP_US:
+            middle = bisect_left(places, place)
+            earlier = anchors[max(0, middle - COMPARED) : middle]
             later = anchors[middle : middle + COMPARED]
             # Common frames after the step were sent after those before it.
             by_us = _middle_us(later) - _middle_us(earlier) if earlier and later else -min(passed_us, 0)

@@ -19,7 +19,6 @@ from bridge.clock import SystemClock
 from bridge.errors import ConfigError, LinkError, SeatrialError
 from bridge.text import printable
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from bridge.vehicle.mode import word_of
 from bridge.wire.framing import Frame, Framer
 from gcs_plugin.bell import Bell
 from gcs_plugin.fleet import Fleet
@@ -139,10 +138,11 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
                 self.say_line(f"ALARM {alarm.words}")
 
     def unload(self) -> None:
-        """Clean up when MAVProxy unloads the module or ends. A mode that is on its way, OFF too, is sent no more: that
-        is said."""
+        """Clean up when MAVProxy unloads the module or ends. What is on its way, parameters or a mode, OFF too, is sent
+        no more: that is said."""
         self._work.kill()
         self._switching.cancel()
+        self._parameters.end()
         atexit.unregister(self._work.kill)
         self._recordings.stop()
         self._tap([])
@@ -241,9 +241,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             peer = self._fleet.peers.get((health.system, health.component))
             if peer is not None and peer.is_vehicle:
                 lines.append("ARMED" if self._fleet.peers.armed(health.system) else "disarmed")
-                if (mode := self._switching.modes.get(health.system)) is not None:
-                    lines.append(f"feed-forward {word_of(mode)}")
-            self.say_line(", ".join(lines))
+                lines.append(self._switching.mode_words(health.system))
+            self.say_line(", ".join(filter(None, lines)))
         if not sources:
             self.say_line("nothing heard yet")
         with contextlib.suppress(LinkError):

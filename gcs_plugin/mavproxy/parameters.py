@@ -100,6 +100,16 @@ class Parameters:
             self._say("params: stopped, nothing was written")
         return True
 
+    def end(self) -> None:
+        """End the current session at once and send nothing more; let other programs write to its vehicle."""
+        work = self._work
+        if work is not None and work.session.step is Step.WRITING:
+            work.session.give_up("MAVProxy took this module out meanwhile; upload again or roll back")
+            self._work = None
+            self._show_receipt(work)
+        else:
+            self.cancel()
+
     def status(self) -> list[str]:
         """A line about the current session, if any."""
         work = self._work

@@ -8,7 +8,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import ParamRejected
-from bridge.vehicle.mode import BY_WORD, Mode
+from bridge.vehicle.mode import BY_WORD, Mode, word_of
 from bridge.vehicle.parameters import ACTIVE
 from bridge.wire.framing import Frame
 from bridge.wire.readings import decode
@@ -22,6 +22,8 @@ from gcs_plugin.peers import Source
 GIVE_UP_S: Final = 30.0
 """For any mode except off: switching to off never gives up by itself."""
 AGREE_WITHIN_S: Final = 60.0
+SAID_S: Final = 3.0
+"""Vehicles say their mode once a second: one said longer ago than this is dated."""
 
 
 class _Asked(NamedTuple):
@@ -34,7 +36,7 @@ class _Asked(NamedTuple):
 
 
 class Switching:
-    """Runs at most one switch at a time; `off` replaces any other. `modes` are those that vehicles say, by system."""
+    """Runs at most one switch at a time; `off` replaces any other."""
 
     def __init__(self, fleet: Fleet, clock: Clock, say: Callable[[str], None]) -> None:
         self._fleet, self._clock, self._say = fleet, clock, say
@@ -43,7 +45,7 @@ class Switching:
         self._began_s = self._shown_s = 0.0
         self._asked: _Asked | None = None
         self._active: dict[Source, float] = {}
-        self.modes: dict[int, float] = {}
+        self._modes: dict[int, tuple[float, float]] = {}  # that vehicles say, and when, by system
 
     def command(self, words: list[str]) -> bool:
         """Handle `ff WORDS`; False for an unknown command. Raises SeatrialError."""
@@ -66,7 +68,7 @@ class Switching:
         if frame.message_id == dialect.MAVLINK_MSG_ID_NAMED_VALUE_FLOAT:
             reading = decode(frame)
             if reading is not None and reading.signal == "ff_mode":
-                self.modes[frame.system] = reading.values[0]
+                self._modes[frame.system] = reading.values[0], self._clock.boot_s()
         if self._switch is not None:
             self._switch.on_frame(frame, self._clock.boot_s())
 
@@ -108,6 +110,14 @@ class Switching:
         """A line about the switch in progress, if any."""
         return [f"ff: {self._switch.words}"] if self._switch is not None else []
 
+    def mode_words(self, system: int) -> str:
+        """The mode that a vehicle said last, and how long ago unless just now; "" for none."""
+        if system not in self._modes:
+            return ""
+        mode, said_s = self._modes[system]
+        age_s = self._clock.boot_s() - said_s
+        return f"feed-forward {word_of(mode)}" + (f" {age_s:.0f} s ago" if age_s > SAID_S else "")
+
     def _ask(self, mode: str) -> None:
         now_s = self._clock.boot_s()
         source = self._fleet.meant(now_s)
@@ -116,7 +126,7 @@ class Switching:
             raise ParamRejected(
                 f"vehicle {system} has no parameters in force to feed forward; upload some first"
             )
-        was = self.modes.get(system, float(Mode.OFF))
+        was, _ = self._modes.get(system, (float(Mode.OFF), 0.0))
         self._asked, self._orders = _Asked(BY_WORD[mode], system, now_s, was), OffOrders()
         armed = self._fleet.peers.armed(system)
         if warning := caution(BY_WORD[mode], system, was, self._active.get(source), armed=armed):

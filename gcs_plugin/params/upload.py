@@ -167,6 +167,8 @@ class Upload:
             self._enter_stage(time_s + self._trips.quiet_s)
         elif self._stage is Stage.WITHDRAW and self._plan.restarts_scripts:
             self._read_once_loaded(time_s)
+        elif self._stage is Stage.UNDO_COMMIT:
+            self._restore(time_s + self._trips.quiet_s)  # what was staged for it is lost
         elif self._stage is not Stage.DONE:
             self._transfer.on_reboot(time_s)
 
@@ -352,13 +354,21 @@ class Upload:
         self._end(Outcome.UNVERIFIED, f"{self._failure.sentence}; {way}")
 
     def _undo(self, time_s: float) -> None:
-        before = self._plan.present
-        names = [n for n in self._written if n != COMMIT and not (n == MODE and self._overruled)]
         # A quiet period first, so that a write still under way can't arrive after the write that restores the value.
         start_s = time_s + self._trips.quiet_s
-        self._stage, self._undoing, self._checks_active = Stage.UNDO, True, False
-        self._end_s, self._answered_s = start_s + deadline_s(len(names) + 1), start_s
-        self._transfer = self._transfer_of([write(name, before[name]) for name in sorted(names)], start_s)
+        self._undoing, self._checks_active = True, False
+        self._end_s, self._answered_s = start_s + deadline_s(len(self._taken_back) + 1), start_s
+        self._restore(start_s)
+
+    def _restore(self, start_s: float) -> None:
+        """Write the values from before, from `start_s` on."""
+        tasks = [write(name, self._plan.present[name]) for name in self._taken_back]
+        self._stage, self._transfer = Stage.UNDO, self._transfer_of(tasks, start_s)
+
+    @property
+    def _taken_back(self) -> list[str]:
+        """The parameters that a roll back restores; once OFF was ordered, not the mode."""
+        return sorted(n for n in self._written if n != COMMIT and not (n == MODE and self._overruled))
 
     def _after_undo(self, time_s: float) -> None:
         self._undone = dict(self._transfer.results)
@@ -399,6 +409,8 @@ class Upload:
                 now = (
                     f"the staged values are back and active as set {self._crc_old}; no set of them was before"
                 )
+            if self._overruled and MODE in self._written:
+                now = f"{now}, but for {MODE}: OFF was ordered meanwhile and wins"
             self._end(Outcome.ROLLED_BACK, f"{cause}; {now}")
         elif self._overruled and MODE in self._written:
             self._end(Outcome.UNVERIFIED, f"{cause}; read it from the vehicle")

@@ -118,6 +118,15 @@ def test_replay_sends_every_frame_unchanged(recording, far_end, capsys):
     assert "100 frames sent" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("far_end")
+def test_a_single_frame_is_no_several_frames(tmp_path, capsys):
+    path = tmp_path / "single.tlog"
+    with TlogWriter(path) as writer:
+        writer.write(BOOT_US, attitudes(1)[0])
+    assert cli.main(["replay", str(path), "--link", "any"]) == exit_codes.DONE
+    assert "1 frame sent" in capsys.readouterr().out
+
+
 def test_replay_on_a_link_that_listens_waits_for_whoever_speaks_there_first_and_sends_all_to_him(
     recording, monkeypatch, capsys
 ):

@@ -13,3 +13,9 @@ def square(number, progress):
 
 def refuse(_progress):
     raise FitError("a dive without velocity; record the DVL")
+
+
+def chatty(count, tell):
+    """Tell a share so many times."""
+    for n in range(count):
+        tell(n / count)

@@ -140,6 +140,29 @@ def test_a_clock_that_goes_on_evenly_has_no_step_however_silent_its_link_was(tmp
     assert most_off_s(result, frames) < 0.01
 
 
+def held_up(records, stalls_at_s, stall_s):
+    """As a link delivers them that stalls at these times, and then gives all that waited at once."""
+    for at_s in stalls_at_s:
+        begins_us = records[0][0] + round(at_s * 1e6)
+        ends_us = begins_us + round(stall_s * 1e6)
+        records = [
+            (ends_us if begins_us <= stamp_us < ends_us else stamp_us, raw) for stamp_us, raw in records
+        ]
+    return records
+
+
+@pytest.mark.parametrize(
+    ("stalls_at_s", "stall_s"), [([20.0], 0.6), ([20.0], 5.0), ([10.0, 18.0, 26.0, 34.0, 42.0, 50.0], 2.0)]
+)
+def test_a_link_that_stalls_and_then_delivers_all_that_waited_is_no_clock_that_was_set(
+    tmp_path, frames, stalls_at_s, stall_s
+):
+    other = held_up(of_it(frames), stalls_at_s, stall_s)
+    result = put_together(tmp_path, of_it(frames, share=0.7, seed=1), other)
+    assert [raw for _, raw in result.records] == [raw for _, raw in frames]
+    assert most_off_s(result, frames) < 0.1
+
+
 def bare_boots(tmp_path):
     """Two boots of a vehicle without a date: as heard, and as its ring keeps each boot."""
     dive = Dive(tmp_path / "ring")
@@ -166,6 +189,19 @@ def test_a_ring_of_a_vehicle_that_starts_anew_on_a_bare_clock_is_dated_boot_by_b
     assert [raw for _, raw in result.records] == [raw for _, raw in sent]
     assert max(abs(record[0] - true[0]) for record, true in zip(result.records, sent, strict=True)) < 10_000
     assert (result.guessed > 0, result.holes) == (not second_heard, ())
+
+
+def test_a_pause_in_the_unheard_end_of_a_boot_is_no_clock_that_was_set(tmp_path):
+    """The next boot's clock stands elsewhere, as that of a computer without a battery does."""
+    first, second, bare = bare_boots(tmp_path)
+    paused = [of_it(bare[0], 0.0, 20.0), of_it(bare[0], 20.5)]
+    files = [tmp_path / Segment(boot, 7 + boot, 0, 0).name for boot in (1, 2)]
+    for file, part in zip(files, ([*paused[0], *paused[1]], bare[1]), strict=True):
+        write_records(file, part)
+    write_records(tmp_path / "ground.tlog", of_it(first, 0.0, 10.0) + of_it(second))
+    result = merge_recordings([tmp_path / "ground.tlog"], files, SOURCE)
+    sent = [raw for part in (*paused, second) for _, raw in part]
+    assert [raw for _, raw in result.records] == sent
 
 
 @pytest.mark.parametrize(("begins_s", "ends_s"), [(40.0, 60.0), (20.0, 30.0)])

@@ -3,7 +3,11 @@
 import pytest
 from faked_ground import Disk, Ground, frames_of
 
+from bridge.clock import SimulatedClock
 from bridge.errors import LogError
+from gcs_plugin.dives.folder import About
+from gcs_plugin.dives.recorded_dives import RecordedDives
+from gcs_plugin.recording.files import Kept
 from gcs_plugin.recording.recorder import DiveCounts
 
 
@@ -100,3 +104,36 @@ def test_what_was_lost_on_the_way_is_told_of_the_dive_in_which_it_was():
     sea.hear(raws[15])
     sea.hear(raws[18])
     assert [(count.lost, count.missed) for count in (*sea.counts, sea.recorder.count)] == [(0, 4), (0, 2)]
+
+
+class Filled:
+    """A recorder whose dive holds 3 GB, and that can't open the next one's file while it `refuses`."""
+
+    kept = Kept(1, 30_000_000, 3_000_000_000, 0)
+
+    def __init__(self):
+        self.refuses, self.change = True, None
+
+    def go_on(self, _open_file, change):
+        if self.refuses:
+            raise LogError("the disk is full")
+        self.change = change
+
+
+def test_a_full_dive_that_could_not_go_on_in_a_next_one_is_tried_again_each_minute_and_then_once(tmp_path):
+    clock, recorder, begun = SimulatedClock(), Filled(), []
+    dives = RecordedDives(tmp_path, "", lambda _: About(), clock)
+    full, tried_s = dives.folder, []
+    for second in range(200):
+        clock.advance_to(float(second))
+        try:
+            if dives.go_on_if_full(recorder, begun.append):
+                tried_s.append(second)
+        except LogError:
+            tried_s.append(-second)
+        recorder.refuses = second < 100
+    assert tried_s == [0, -60, 120]
+    assert len(list(tmp_path.iterdir())) == 2
+    recorder.change(DiveCounts(1, 1, 1, 0, 1))
+    assert [dive.folder for dive in begun] == [full.path]
+    assert dives.folder != full

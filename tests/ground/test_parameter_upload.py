@@ -102,6 +102,8 @@ def test_an_off_of_another_while_an_upload_is_taken_back_is_undone_by_no_mode_fr
     assert vehicle.values["FF_MODE"] == 0.0
     assert ending.outcome in (Outcome.ROLLED_BACK, Outcome.UNVERIFIED)
     assert vehicle.flying() == flown(OLD)
+    is_told = ending.sentence.endswith("as it was, but for FF_MODE: OFF was ordered meanwhile and wins")
+    assert is_told == (ending.outcome is Outcome.ROLLED_BACK)
 
 
 def test_an_upload_of_the_mode_alone_that_an_off_overrules_says_so_and_sends_nothing():
@@ -400,3 +402,31 @@ def test_a_vehicle_that_started_anew_after_the_commit_has_its_old_set_in_force_a
     assert vehicle.run(upload, lambda: upload.ending is not None, 200.0)
     assert upload.ending.outcome is Outcome.ROLLED_BACK
     assert is_old(vehicle)
+
+
+@pytest.mark.parametrize("forgets", [True, False])
+def test_a_vehicle_that_starts_anew_before_the_old_set_is_committed_again_has_it_in_force_in_the_end(forgets):
+    vehicle = Reached(OLD, refuses={"FF_MODE"})
+
+    def starts_anew(upload, vehicle):
+        if upload.stage is not Stage.UNDO_COMMIT:
+            return False
+        vehicle.restart(forgets=forgets)
+        return True
+
+    ending = upload_to(vehicle, act=starts_anew)
+    assert ending.outcome is Outcome.ROLLED_BACK
+    assert is_old(vehicle)
+
+
+def test_a_vehicle_that_starts_anew_at_every_commit_of_the_old_set_ends_at_the_deadline():
+    vehicle = Reached(OLD, refuses={"FF_MODE"})
+    upload = Upload(make_plan(TARGETS, vehicle.values), SOURCE, 0.0)
+
+    def starts_anew():
+        if upload.stage is Stage.UNDO_COMMIT:
+            vehicle.restart()
+        return upload.ending is not None
+
+    assert vehicle.run(upload, starts_anew, 200.0)
+    assert upload.ending.outcome is Outcome.UNVERIFIED

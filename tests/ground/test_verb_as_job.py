@@ -1,14 +1,16 @@
 """A command in a process of its own: its lines without waiting, and an end that is one."""
 
 import json
+import multiprocessing
 import os
 import select
+import threading
 import time
 from functools import partial
 from pathlib import Path
 
 import pytest
-from jobs_at_work import refuse, square
+from jobs_at_work import chatty, refuse, square
 
 from bridge.clock import SimulatedClock
 from bridge.errors import ConfigError, FitError
@@ -186,6 +188,17 @@ def test_each_result_comes_back_under_its_own_name_from_another_process():
     assert {name: value for name, (value, _) in result.items()} == {"a": 9, "b": 16}
     assert os.getpid() not in {process for _, process in result.values()}
     assert heard[0] == {"a": 0.0, "b": 0.0}
+
+
+def test_a_job_that_has_told_more_than_anybody_read_ends_all_the_same():
+    work = {"a": partial(chatty, 20_000)}
+    at_work = threading.Thread(target=side_by_side, args=(work, lambda _: None), daemon=True)
+    at_work.start()
+    at_work.join(DEADLINE_S)
+    is_over = not at_work.is_alive()
+    for process in multiprocessing.active_children():
+        process.kill()
+    assert is_over
 
 
 def test_the_error_of_a_job_reaches_the_one_that_waits():

@@ -129,6 +129,7 @@ def test_who_takes_the_module_out_is_told_that_off_is_sent_no_more_and_not_confi
     made._switching.command(["off"])
     assert made._switching.tick()
     quiet = SimpleNamespace(kill=lambda: None, stop=lambda: None)
+    made._parameters = module.Parameters(fleet, clock, said.append)
     made._work, made._recordings, made._taps, made.remove_command = quiet, quiet, [], lambda _: None
     made.unload()
     assert said[-1].startswith("ff: stopped by the user, vehicle 1: sent once")

@@ -47,6 +47,14 @@ def test_a_mode_is_not_sent_to_a_vehicle_that_another_ground_switched_off_before
     assert "it says off after shadow, as if another has switched it" in ground.said[-1]
 
 
+def test_a_mode_that_a_vehicle_says_no_more_is_dated(ground):
+    ground.hear(1.0)
+    assert ground.switching.mode_words(1) == "feed-forward shadow"
+    ground.clock.advance_to(ground.clock.now_s + 60.0)
+    assert ground.switching.mode_words(1) == "feed-forward shadow 60 s ago"
+    assert ground.switching.mode_words(2) == ""
+
+
 @pytest.mark.parametrize("mode", [0.0, 1.0])
 def test_a_mode_is_sent_where_the_vehicle_is_in_the_mode_that_it_was_in(ground, mode):
     ground.hear(mode)

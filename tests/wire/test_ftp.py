@@ -93,6 +93,17 @@ def test_a_listing_stays_what_it_was_while_the_ring_moves_on(server, folder):
     assert answer.data == f"F{SECOND}\t{len(HELD[SECOND])}\0".encode()
 
 
+def test_a_second_request_for_the_beginning_that_comes_late_leaves_the_listing_as_it_is(server, folder):
+    first = Packet(1, 0, Op.LIST, 1, data=b"/")
+    ask(server, first)
+    (folder / FIRST).unlink()
+    ask(server, first, now_s=2.0)
+    (answer,) = ask(server, Packet(2, 0, Op.LIST, 1, offset=1, data=b"/"), now_s=2.1)
+    assert answer.data == f"F{SECOND}\t{len(HELD[SECOND])}\0".encode()
+    (answer,) = ask(server, first, now_s=60.0)
+    assert answer.data == f"F{SECOND}\t{len(HELD[SECOND])}\0".encode()
+
+
 def test_a_file_is_read_from_any_place_and_its_end_is_told(server):
     answer = opened(server)
     assert answer.op == Op.ACK

@@ -53,7 +53,8 @@ def run(arguments: argparse.Namespace) -> int:
                 tell((stamp_us - first_us) / length_us, f"{(stamp_us - first_us) / 1e6:.0f} s")
     finally:
         link.close()
-    show.say(show.results(), f"{sent} frames sent to {link.name}{_untold(left_out)}")
+    frames = "frame" if sent == 1 else "frames"
+    show.say(show.results(), f"{sent} {frames} sent to {link.name}{_untold(left_out)}")
     return exit_codes.DONE
 
 
