@@ -357,6 +357,25 @@ def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drift
     assert dive.nu_fb.time_s == pytest.approx(dive.pwm.time_s, abs=2e-3)
 
 
+@pytest.mark.parametrize("pause_s", [0.0, 8.0])
+def test_what_a_companion_sends_after_a_restart_is_of_that_time_and_not_of_the_beginning(
+    tmp_path: Path, pause_s: float
+) -> None:
+    """Twice its clock begins anew, while the autopilot's goes on."""
+    stamped: list[Stamped] = []
+    for k in range(1800):
+        t = 100.0 + k / 20
+        stamped.append((t, 1, 1, attitude(t, 0.1)))
+        began_s = 95.0 + 30.0 * (k // 600)
+        if t >= began_s + 5.0 + pause_s:
+            stamped.append((t, 1, 191, odometry(t - began_s, (0.01 * t, 0.0, 0.0))))
+            stamped.append((t, 1, 191, array(t - began_s, "NU_FB", (0.01 * t,))))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert len(dive.velocity) == 3 * (600 - 20 * pause_s)
+    for signal in (dive.velocity, dive.nu_fb):
+        assert signal.time_s == pytest.approx(100.0 * signal.value[:, 0], abs=2e-3)
+
+
 SOUNDER = ("QBfBB", "TimeUS,Instance,Dist,Stat,Orient")
 
 
