@@ -291,6 +291,23 @@ def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of
     assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
 
 
+@pytest.mark.parametrize(("pa_m", "is_water"), [(0.0, False), (200.0, False), (10_050.0, True)])
+def test_a_pressure_that_stays_while_an_ardusub_sinks_is_of_its_hull_and_the_depth_the_autopilots(
+    tmp_path: Path, pa_m: float, is_water: bool
+) -> None:
+    stamped = dive_with_deltas(has_arrays=False)
+    for k in range(100):
+        deep_m = 3.0 + 2.0 * np.sin(0.1 * k)
+        pressure = mav.MAVLink_scaled_pressure2_message(100 * k, 1013.0 + 0.01 * pa_m * deep_m, 0, 2000)
+        sunk = mav.MAVLink_global_position_int_message(100 * k + 1, 0, 0, 0, round(-1e3 * deep_m), 0, 0, 0, 0)
+        stamped += [(k / 10, 1, 1, message) for message in (pressure, sunk)]
+    stamped = [item for item in stamped if getattr(item[3], "relative_alt", 0) != -2500]
+    stamped.sort(key=lambda item: item[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert (dive.pressure is not None, dive.depth is None) == (is_water, is_water)
+    assert any("air in its hull" in note for note in dive.notes) is not is_water
+
+
 @pytest.mark.parametrize("later_s", [60.0, 2 * 3600.0])
 def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path, later_s: float) -> None:
     """The bridge booted later than the autopilot, whose pulses tell 32 bits of microseconds; both say what happens at
