@@ -212,6 +212,16 @@ def test_a_bag_as_ros_writes_it_is_turned_with_its_quaternion_in_the_order_of_a_
     assert dive.gyro.value == pytest.approx(READ["gyro"])
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 2, 3, 0)], ids=["w first", "w last"])
+@pytest.mark.parametrize("name", ["q{}", "ATTITUDE_QUATERNION.q{}", "quat.{}"])
+def test_a_quaternion_whose_parts_are_counted_from_one_is_the_attitude(name, order):
+    columns = {key: values for key, values in usual(READ).items() if key not in ("roll", "pitch", "yaw")}
+    parts = {name.format(1 + k): READ["attitude"][:, part] for k, part in enumerate(order)}
+    proposal = proposed(columns | parts)
+    assert_maps_to_the_truth(table(columns | parts), proposal)
+    assert proposal.columns.quaternion.columns == tuple(name.format(1 + order.index(k)) for k in range(4))
+
+
 def test_a_ulog_gives_its_rates_attitude_and_outputs_and_its_velocity_in_earth_axes_is_refused():
     stamp = READ["t"] * 1e6 + 5e6
     topics = {

@@ -99,7 +99,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
      r"(?:.*_)?(?:linear_acceleration|accelerometer|acceleration|accel|acc|specific_force)_?([xyz012])", ""),
     ("specific_force", r"xyz_([012])|([xyz])", r"(?:vehicle_)?acceleration|accel"),
     ("specific_force", r"a_?([xyz])(?:_imu|_body)?", ""),
-    ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0123])|q([wxyz0123])", ""),
+    ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0-4])|(?:.*_)?q([wxyz0-4])", ""),
     ("euler", r"(?:.*_)?(roll|pitch|yaw|heading|hdg)(?:_angle)?", ""),
     ("euler", r"(phi|theta|psi)", ""),
     ("euler", r"ang(?:le)?_?([xyz])", ""),
@@ -149,7 +149,7 @@ _AXES: dict[str, dict[str, int]] = {
     "specific_force": {},
     "euler": {"roll": 0, "pitch": 1, "yaw": 2, "heading": 2, "hdg": 2, "phi": 0, "theta": 1, "psi": 2, "3": 0,
               "4": 1, "5": 2},
-    "quaternion": {"w": 0, "x": 1, "y": 2, "z": 3, "0": 0, "1": 1, "2": 2, "3": 3},
+    "quaternion": {"w": 0, "x": 1, "y": 2, "z": 3, **{str(k): k for k in range(5)}},
     "tau_cmd": {
         **{f"force_{axis}": k for k, axis in enumerate("xyz")},
         **{f"torque_{axis}": 3 + k for k, axis in enumerate("xyz")},
