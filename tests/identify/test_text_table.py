@@ -120,6 +120,24 @@ def test_true_and_false_are_numbers_and_missing_words_are_unknown(tmp_path):
     assert stream.columns["z"][2] == 3.0
 
 
+@pytest.mark.parametrize("said", ["1.#QNAN", "-1.#IND00", "nan(ind)", "-nan(ind)", "#DIV/0!"])
+def test_what_programs_of_windows_write_for_no_number_is_unknown_and_makes_no_words_of_a_column(
+    tmp_path, said
+):
+    stream, notes = text_table(written(tmp_path, f"t,u\n0,{said}\n1,0.5\n2,{said}\n"))
+    assert np.isnan(stream.columns["u"]).tolist() == [True, False, True]
+    assert notes == ()
+
+
+def test_a_column_of_numbers_with_too_many_words_among_them_is_told(tmp_path):
+    rows = "".join(f"{k},{'lost' if k % 10 == 3 else 0.1 * k},dry\n" for k in range(100))
+    stream, notes = text_table(written(tmp_path, f"t,u,state\n{rows}"))
+    assert stream.text.keys() == {"u", "state"}
+    assert notes == (
+        "90 cells of 'u' are numbers, and row 5 holds 'lost', which is no number: the column was read as words.",
+    )
+
+
 def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path):
     table = read_table(written(tmp_path, "t,z\n0,\n1,nan\n2,5\n"))
     assert np.isnan(table.streams[0].columns["z"][:2]).all()
