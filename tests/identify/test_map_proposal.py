@@ -476,6 +476,21 @@ def test_dates_under_a_name_of_another_language_are_the_time_and_told():
     assert proposal.time_reason == "No column is named a time; 'Zeit' holds dates."
 
 
+@pytest.mark.parametrize(
+    ("name", "in_a_second", "said"),
+    [
+        ("time [min]", 1 / 60, r"its times in 'time \[min\]' are in min; give them in s, ms, us or ns"),
+        ("Time (hours)", 1 / 3600, "are in hours; give them in s"),
+        ("t_days", 1 / 86_400, "are in days; give them in s"),
+        ("time", 1 / 86_400, "if they are days, as spreadsheets and MATLAB count them, give them in s"),
+    ],
+)
+def test_times_in_minutes_hours_or_days_are_refused_and_not_taken_for_seconds(name, in_a_second, said):
+    columns = {key: values for key, values in usual(READ).items() if key != "t"}
+    with pytest.raises(LogError, match=said):
+        proposed({name: 45_000.0 + READ["t"] * in_a_second} | columns)
+
+
 def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence():
     with pytest.raises(
         LogError, match="its times in 'time' do not rise, as where several runs stand in one table"

@@ -238,6 +238,15 @@ def ends_in_time_unit(field: str) -> str | None:
     return UNITS["time"].get(words[-1]) if len(words) > 1 else None
 
 
+_LONG = frozenset(("min", "mins", "minutes", "h", "hr", "hrs", "hours", "d", "day", "days"))
+
+
+def long_time_unit(field: str) -> str:
+    """The word of a unit of time that no map knows, minutes, hours or days, in a name of a time; "" without."""
+    *words, last = snake(field).split("_")
+    return last if last in _LONG and time_unit("_".join(words))[0] else ""
+
+
 _PLACE = re.compile(r"((?:.*_)?(?:position|pos|p)_?|)([xyz012])")
 
 
