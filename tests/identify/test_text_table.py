@@ -96,7 +96,8 @@ def test_a_table_without_names_is_named_by_numbers_and_says_so(tmp_path):
 
 
 def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path):
-    stream, _ = text_table(written(tmp_path, ",z,z\n0,1,2\n"))
+    stream, notes = text_table(written(tmp_path, ",z,z\n0,1,2\n"))
+    assert notes == ("Several columns are named z: the first keeps that name.",)
     assert {name: column.tolist() for name, column in stream.columns.items()} == {
         "column 1": [0.0],
         "z": [1.0],

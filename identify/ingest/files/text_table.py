@@ -3,6 +3,7 @@
 import csv
 import re
 import zlib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
@@ -132,6 +133,8 @@ def _table(text: str, complete: bool, path: Path) -> Streams:
         raise LogError(f"{_no_rows()}", path)
     if len(names) < form.count(lines[kept[-1]]) and all(_ends_open(lines[i], names, form) for i in kept):
         names = [*names, ""]
+    if twice := [name for name, count in Counter(filter(None, names)).items() if count > 1]:
+        notes = (*notes, f"Several columns are named {listed(twice)}: the first keeps that name.")
     names = _told_apart(names)
     if form.count(lines[kept[-1]]) < len(names) or not complete:
         kept, notes = kept[:-1], (*notes, "The last row is cut off and was left out.")
