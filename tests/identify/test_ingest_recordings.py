@@ -117,6 +117,19 @@ def test_of_two_sounders_that_look_down_the_first_tells_the_altitude(tmp_path: P
     assert dive.altitude.value[:, 0].tolist() == [4.0] * 20
 
 
+def test_a_distance_whose_signal_is_no_good_is_unknown(tmp_path: Path) -> None:
+    """MAVLink's signal_quality: 0 is not told, 1 is invalid, 100 is best."""
+    stamped: list[Stamped] = list(contract_dive())
+    for k, quality in enumerate((0, 1, 2, 100)):
+        sounder = mav.MAVLink_distance_sensor_message(
+            5000 + 100 * k, 20, 5000, 400, 1, 0, 25, 255, 0, 0, [0] * 4, quality
+        )
+        stamped.append((5.0 + 0.1 * k, 1, 1, sounder))
+    stamped.sort(key=lambda each: each[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert dive.altitude.value[:, 0] == pytest.approx([4.0, np.nan, 4.0, 4.0], nan_ok=True)
+
+
 def test_a_dive_made_elsewhere_is_read_whole() -> None:
     dive = read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
     assert dive.counts["records"] == 102337

@@ -37,7 +37,7 @@ FUSED = (3, 5, 8)
 """MAV_ESTIMATOR_TYPEs that smooth, because they fuse accelerations: visual-inertial, the same with GPS, autopilot."""
 
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
-DOWNWARD = 25
+DOWNWARD, NO_ECHO = 25, 1
 ARMED = 128
 GENERIC = (12, 0)
 """MAV_AUTOPILOTs that may command thrusters without a firmware of the table: PX4, and a vehicle's own program."""
@@ -358,7 +358,8 @@ def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:
 def _altitude(batch: Batch) -> Signal:
     """Distance to the bottom by the first of several sounders that look down."""
     cm, number = batch.columns("current_distance"), batch.fields["id"]
-    cm[(cm[:, 0] == 0) | (cm[:, 0] > batch.fields["max_distance"])] = np.nan
+    none = batch.fields["signal_quality"] == NO_ECHO
+    cm[none | (cm[:, 0] == 0) | (cm[:, 0] > batch.fields["max_distance"])] = np.nan
     first = number == number.min(initial=255)
     return Signal(batch.time_s[first], cm[first] * 1e-2)
 
