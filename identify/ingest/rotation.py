@@ -40,7 +40,8 @@ def euler_angles(quaternion: Array) -> tuple[Array, Array, Array]:
 
 
 def attitude_at(attitude: Signal, time_s: Array) -> Array:
-    """Unit quaternions (m, 4) interpolated between the samples, along the shorter way."""
+    """Unit quaternions (m, 4) interpolated between the known samples, along the shorter way."""
+    attitude = attitude.finite()
     q = attitude.value
     flips = np.where(np.einsum("ij,ij->i", q[1:], q[:-1]) < 0, -1.0, 1.0)
     continuous = q * np.concatenate(([1.0], np.cumprod(flips)))[:, None]

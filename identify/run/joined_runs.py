@@ -98,6 +98,7 @@ def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = NOTHING) -> Dive
         counts.update(dive.counts)
     none: dict[str, Any] = dict.fromkeys(set(dives[0].signals()) - set(everywhere))
     unix_s = dives[0].unix_at_boot_s
+    holding = {dive.commands_hold for dive in dives}
     return replace(
         dives[0],
         **none,
@@ -106,6 +107,8 @@ def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = NOTHING) -> Dive
         source=_source(dives),
         sha256=hashlib.sha256("".join(dive.sha256 for dive in dives).encode()).hexdigest(),
         opening="",
+        commands_hold=holding.pop() if len(holding) == 1 else None,
+        stamped_s=max(dive.stamped_s for dive in dives),
         unix_at_boot_s=None if unix_s is None else unix_s - moved_s[0],
         frozen=frozen,
         counts=counts,

@@ -57,6 +57,7 @@ def test_a_table_with_dates_keeps_their_steps(tmp_path):
     [
         ("19.07.2026 10:15", "iso", "'19.07.2026 10:15' in 't' is no time that ISO 8601 knows"),
         ("10:15:61", "iso", "'10:15:61' in 't' is no time that ISO 8601 knows"),
+        ("01:23.45", "iso", "'01:23.45' in 't' is no time that ISO 8601 knows"),
         ("12.5", "iso", "its times in 't' are numbers, not dates"),
         ("202461", "hhmmss", "202461 in 't' is no time of day"),
         ("206059", "hhmmss", "206059 in 't' is no time of day"),

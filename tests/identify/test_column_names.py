@@ -22,6 +22,8 @@ KNOWN = [
     ("sensor_combined", "accelerometer_m_s2[2]", "specific_force", 2, "m/s2"),
     ("actuator_outputs", "output[3]", "pwm", 3, None),
     ("battery_status", "voltage_v", "voltage", 0, "V"),
+    ("", "RAW_IMU.yacc", "specific_force", 1, None),
+    ("", "LOCAL_POSITION_NED.vz", "velocity", 2, None),
     ("", "Fy", "tau_cmd", 1, None),
     ("", "surge_force_N", "tau_cmd", 0, "N"),
     ("", "u", "velocity", 0, None),

@@ -117,6 +117,19 @@ def test_of_two_sounders_that_look_down_the_first_tells_the_altitude(tmp_path: P
     assert dive.altitude.value[:, 0].tolist() == [4.0] * 20
 
 
+def test_a_distance_whose_signal_is_no_good_is_unknown(tmp_path: Path) -> None:
+    """MAVLink's signal_quality: 0 is not told, 1 is invalid, 100 is best."""
+    stamped: list[Stamped] = list(contract_dive())
+    for k, quality in enumerate((0, 1, 2, 100)):
+        sounder = mav.MAVLink_distance_sensor_message(
+            5000 + 100 * k, 20, 5000, 400, 1, 0, 25, 255, 0, 0, [0] * 4, quality
+        )
+        stamped.append((5.0 + 0.1 * k, 1, 1, sounder))
+    stamped.sort(key=lambda each: each[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert dive.altitude.value[:, 0] == pytest.approx([4.0, np.nan, 4.0, 4.0], nan_ok=True)
+
+
 def test_a_dive_made_elsewhere_is_read_whole() -> None:
     dive = read_dive(shared("sealed", "open_1", "dive.tlog.gz"))
     assert dive.counts["records"] == 102337
@@ -291,6 +304,23 @@ def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of
     assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
 
 
+@pytest.mark.parametrize(("pa_m", "is_water"), [(0.0, False), (200.0, False), (10_050.0, True)])
+def test_a_pressure_that_stays_while_an_ardusub_sinks_is_of_its_hull_and_the_depth_the_autopilots(
+    tmp_path: Path, pa_m: float, is_water: bool
+) -> None:
+    stamped = dive_with_deltas(has_arrays=False)
+    for k in range(100):
+        deep_m = 3.0 + 2.0 * np.sin(0.1 * k)
+        pressure = mav.MAVLink_scaled_pressure2_message(100 * k, 1013.0 + 0.01 * pa_m * deep_m, 0, 2000)
+        sunk = mav.MAVLink_global_position_int_message(100 * k + 1, 0, 0, 0, round(-1e3 * deep_m), 0, 0, 0, 0)
+        stamped += [(k / 10, 1, 1, message) for message in (pressure, sunk)]
+    stamped = [item for item in stamped if getattr(item[3], "relative_alt", 0) != -2500]
+    stamped.sort(key=lambda item: item[0])
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert (dive.pressure is not None, dive.depth is None) == (is_water, is_water)
+    assert any("air in its hull" in note for note in dive.notes) is not is_water
+
+
 @pytest.mark.parametrize("later_s", [60.0, 2 * 3600.0])
 def test_a_bridge_beside_an_autopilot_is_put_on_one_clock(tmp_path: Path, later_s: float) -> None:
     """The bridge booted later than the autopilot, whose pulses tell 32 bits of microseconds; both say what happens at
@@ -355,6 +385,25 @@ def test_what_a_companion_stamps_alike_is_of_one_time_also_where_its_clock_drift
     dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
     assert (dive.nu_fb.time_s == dive.tau_pid.time_s).all()
     assert dive.nu_fb.time_s == pytest.approx(dive.pwm.time_s, abs=2e-3)
+
+
+@pytest.mark.parametrize("pause_s", [0.0, 8.0])
+def test_what_a_companion_sends_after_a_restart_is_of_that_time_and_not_of_the_beginning(
+    tmp_path: Path, pause_s: float
+) -> None:
+    """Twice its clock begins anew, while the autopilot's goes on."""
+    stamped: list[Stamped] = []
+    for k in range(1800):
+        t = 100.0 + k / 20
+        stamped.append((t, 1, 1, attitude(t, 0.1)))
+        began_s = 95.0 + 30.0 * (k // 600)
+        if t >= began_s + 5.0 + pause_s:
+            stamped.append((t, 1, 191, odometry(t - began_s, (0.01 * t, 0.0, 0.0))))
+            stamped.append((t, 1, 191, array(t - began_s, "NU_FB", (0.01 * t,))))
+    dive = read_dive(write(tmp_path / "a.tlog", recording(stamped)))
+    assert len(dive.velocity) == 3 * (600 - 20 * pause_s)
+    for signal in (dive.velocity, dive.nu_fb):
+        assert signal.time_s == pytest.approx(100.0 * signal.value[:, 0], abs=2e-3)
 
 
 SOUNDER = ("QBfBB", "TimeUS,Instance,Dist,Stat,Orient")

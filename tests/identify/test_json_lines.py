@@ -65,3 +65,11 @@ def test_lines_that_are_no_objects_are_named_or_refuse_the_file(tmp_path):
         read_json_lines(written(tmp_path / "b.jsonl", [{"t": 1.0}, 7, [1, 2], {"t": 10**400}]))
     with pytest.raises(LogError, match="holds no JSON objects"):
         read_json_lines(written(tmp_path / "c.jsonl", []))
+
+
+def test_numbers_that_a_broker_writes_as_words_are_numbers_and_words_stay_words(tmp_path):
+    objects = [{"t": str(0.1 * k), "u": "NaN" if k == 3 else 0.25, "state": f"leg {k}"} for k in range(20)]
+    (table,) = read_json_lines(written(tmp_path / "a.jsonl", objects)).streams
+    assert table.columns["t"] == pytest.approx(0.1 * np.arange(20))
+    assert table.columns["u"] == pytest.approx([0.25] * 3 + [np.nan] + [0.25] * 16, nan_ok=True)
+    assert table.text.keys() == {"state"}

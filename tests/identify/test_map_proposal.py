@@ -212,6 +212,16 @@ def test_a_bag_as_ros_writes_it_is_turned_with_its_quaternion_in_the_order_of_a_
     assert dive.gyro.value == pytest.approx(READ["gyro"])
 
 
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (1, 2, 3, 0)], ids=["w first", "w last"])
+@pytest.mark.parametrize("name", ["q{}", "ATTITUDE_QUATERNION.q{}", "quat.{}"])
+def test_a_quaternion_whose_parts_are_counted_from_one_is_the_attitude(name, order):
+    columns = {key: values for key, values in usual(READ).items() if key not in ("roll", "pitch", "yaw")}
+    parts = {name.format(1 + k): READ["attitude"][:, part] for k, part in enumerate(order)}
+    proposal = proposed(columns | parts)
+    assert_maps_to_the_truth(table(columns | parts), proposal)
+    assert proposal.columns.quaternion.columns == tuple(name.format(1 + order.index(k)) for k in range(4))
+
+
 def test_a_ulog_gives_its_rates_attitude_and_outputs_and_its_velocity_in_earth_axes_is_refused():
     stamp = READ["t"] * 1e6 + 5e6
     topics = {
@@ -464,6 +474,21 @@ def test_dates_under_a_name_of_another_language_are_the_time_and_told():
     proposal = propose((Stream("", columns, {"Ort": ("Kiel",) * len(times), "Zeit": times}),), LOG)
     assert proposal.columns.time == TimeColumn("Zeit", "iso")
     assert proposal.time_reason == "No column is named a time; 'Zeit' holds dates."
+
+
+@pytest.mark.parametrize(
+    ("name", "in_a_second", "said"),
+    [
+        ("time [min]", 1 / 60, r"its times in 'time \[min\]' are in min; give them in s, ms, us or ns"),
+        ("Time (hours)", 1 / 3600, "are in hours; give them in s"),
+        ("t_days", 1 / 86_400, "are in days; give them in s"),
+        ("time", 1 / 86_400, "if they are days, as spreadsheets and MATLAB count them, give them in s"),
+    ],
+)
+def test_times_in_minutes_hours_or_days_are_refused_and_not_taken_for_seconds(name, in_a_second, said):
+    columns = {key: values for key, values in usual(READ).items() if key != "t"}
+    with pytest.raises(LogError, match=said):
+        proposed({name: 45_000.0 + READ["t"] * in_a_second} | columns)
 
 
 def test_a_file_without_a_time_or_without_a_known_name_is_refused_in_a_sentence():

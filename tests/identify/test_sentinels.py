@@ -5,7 +5,7 @@ import pytest
 from built_recordings import of_table, write
 
 from identify.ingest.mapping.proposal_of_runs import propose
-from identify.ingest.open import read_streams
+from identify.ingest.open import read_dive, read_streams
 
 T = np.arange(0.0, 30.0, 0.1)
 SPEED = 0.4 + 0.3 * np.sin(0.5 * T)
@@ -50,6 +50,17 @@ def test_a_number_that_others_come_near_or_that_comes_once_is_a_reading(tmp_path
     assert read.notes == ()
     assert read.streams[0].columns["rpm_1"] == pytest.approx(rpm)
     assert read.streams[0].columns["depth"][7] == 99.99
+
+
+@pytest.mark.parametrize("said", [32.0, -99.0, 999.0, -1000.0])
+def test_a_round_number_for_no_velocity_changes_no_unit_and_is_left_out_as_beyond_any_vehicle(tmp_path, said):
+    log = write(tmp_path / "log.csv", rows(said).encode())
+    columns = propose(read_streams(log).streams, log).columns
+    assert columns.velocity.unit == "m/s"
+    (tmp_path / "map.yaml").write_text("time: {column: t}\nvelocity: {columns: [vx, vy, null], unit: m/s}\n")
+    dive = read_dive(log, tmp_path / "map.yaml")
+    assert np.abs(dive.velocity.value[:, :2]).max() < 1.0
+    assert any("no vehicle reaches" in note for note in dive.notes)
 
 
 def test_a_word_on_columns_that_the_map_does_not_use_is_spared(tmp_path):

@@ -268,6 +268,15 @@ def test_a_signal_that_a_run_lacks_is_left_out_of_all_and_named():
     assert "The runs' nu_ref was left out, as 1 of them lacks it, first run 1." in dive.notes
 
 
+@pytest.mark.parametrize("others_first", [False, True])
+def test_what_is_known_of_one_runs_commands_and_stamps_alone_is_not_taken_for_all(others_first):
+    runs = [replace(run(0), commands_hold=True), replace(run(1), stamped_s=0.025)]
+    dive = joined(runs[::-1] if others_first else runs)
+    assert dive.commands_hold is None
+    assert dive.stamped_s == 0.025
+    assert joined([replace(each, commands_hold=False) for each in runs]).commands_hold is False
+
+
 def test_a_single_recording_stays_as_it_is():
     (reading,) = read(run(0))
     assert together([reading]) is reading

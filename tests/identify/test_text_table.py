@@ -96,7 +96,8 @@ def test_a_table_without_names_is_named_by_numbers_and_says_so(tmp_path):
 
 
 def test_names_that_are_missing_or_stand_twice_are_told_apart(tmp_path):
-    stream, _ = text_table(written(tmp_path, ",z,z\n0,1,2\n"))
+    stream, notes = text_table(written(tmp_path, ",z,z\n0,1,2\n"))
+    assert notes == ("Several columns are named z: the first keeps that name.",)
     assert {name: column.tolist() for name, column in stream.columns.items()} == {
         "column 1": [0.0],
         "z": [1.0],
@@ -118,6 +119,24 @@ def test_true_and_false_are_numbers_and_missing_words_are_unknown(tmp_path):
     assert stream.columns["on"].tolist() == [1.0, 0.0, 1.0]
     assert np.isnan(stream.columns["z"][:2]).all()
     assert stream.columns["z"][2] == 3.0
+
+
+@pytest.mark.parametrize("said", ["1.#QNAN", "-1.#IND00", "nan(ind)", "-nan(ind)", "#DIV/0!"])
+def test_what_programs_of_windows_write_for_no_number_is_unknown_and_makes_no_words_of_a_column(
+    tmp_path, said
+):
+    stream, notes = text_table(written(tmp_path, f"t,u\n0,{said}\n1,0.5\n2,{said}\n"))
+    assert np.isnan(stream.columns["u"]).tolist() == [True, False, True]
+    assert notes == ()
+
+
+def test_a_column_of_numbers_with_too_many_words_among_them_is_told(tmp_path):
+    rows = "".join(f"{k},{'lost' if k % 10 == 3 else 0.1 * k},dry\n" for k in range(100))
+    stream, notes = text_table(written(tmp_path, f"t,u,state\n{rows}"))
+    assert stream.text.keys() == {"u", "state"}
+    assert notes == (
+        "90 cells of 'u' are numbers, and row 5 holds 'lost', which is no number: the column was read as words.",
+    )
 
 
 def test_an_empty_cell_is_told_from_one_that_is_no_number(tmp_path):

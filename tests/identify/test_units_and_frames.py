@@ -8,6 +8,7 @@ import pytest
 from turning_vehicle import readings, table, usual
 
 from bridge.errors import ConfigError, LogError
+from identify.dive import Signal
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.mapping.candidates import Confidence
 from identify.ingest.mapping.column_map import ColumnMap, Columns, TimeColumn, column_map
@@ -15,7 +16,7 @@ from identify.ingest.mapping.map_text import map_text
 from identify.ingest.mapping.proposal_of_runs import propose
 from identify.ingest.mapping.signals import dive_fields
 from identify.ingest.open import read_dive
-from identify.ingest.rotation import to_earth
+from identify.ingest.rotation import attitude_at, euler_angles, quaternions_from_euler, to_earth
 
 LOG = Path("log.csv")
 READ = readings()
@@ -129,6 +130,17 @@ def test_a_velocity_in_a_frame_is_turned_to_the_bodys_axes(frame, velocity):
     )
     fields = dive_fields(Streams(table(columns)), mapped, LOG)
     assert fields["velocity"].value == pytest.approx(READ["velocity"], abs=1e-12)
+
+
+def test_an_attitude_between_known_ones_is_near_both_though_its_quaternion_changes_sign_where_it_is_unknown():
+    """A filter that keeps w above 0, at a heading about south; every other reading is none."""
+    time_s = np.arange(0.0, 20.0, 0.1)
+    yaw = np.pi + 0.3 * np.sin(time_s)
+    quaternion = quaternions_from_euler(0.0 * yaw, 0.0 * yaw, yaw)
+    quaternion[quaternion[:, 0] < 0.0] *= -1.0
+    quaternion[1::2] = np.nan
+    _, _, heading = euler_angles(attitude_at(Signal(time_s, quaternion), time_s))
+    assert np.abs(np.angle(np.exp(1j * (heading - yaw)))).max() < 0.03
 
 
 def test_a_velocity_in_earth_axes_lasts_as_long_as_the_attitude_and_says_so():

@@ -7,10 +7,11 @@ import pytest
 from built_recordings import of_table, write
 from turning_vehicle import readings
 
-from identify.dive import Dive
+from identify.dive import Dive, Signal
 from identify.ingest.files.streams import Stream, Streams
 from identify.ingest.files.text_table import read_table
 from identify.ingest.mapping.column_map import ColumnMap, Columns, TimeColumn
+from identify.ingest.mapping.lost_lock import without_zeros
 from identify.ingest.mapping.proposal_of_runs import propose
 from identify.ingest.mapping.signals import dive_fields
 from identify.ingest.rotation import to_earth
@@ -24,6 +25,52 @@ def test_a_velocity_that_its_sensor_calls_invalid_is_unknown_and_no_standstill(t
     dive = of_table(tmp_path, f"t,vx,vy,velocity_valid\n{rows}", MAP)
     np.testing.assert_array_equal(dive.velocity.value[:, :2], [[0.5, 0.1], [np.nan] * 2, [0.6, 0.2]])
     assert "By velocity_valid, 1 of 3 velocities are none: taken for no reading." in dive.notes
+
+
+def swum(lost, resolution=0.0):
+    """Velocities (n, 3) of a minute with noise, zero where `lost`, in steps of a resolution."""
+    rng = np.random.default_rng(8)
+    t = np.arange(0.0, 60.0, 0.1)
+    value = np.column_stack([0.4 + 0.3 * np.sin(0.3 * t), 0.2 * np.sin(0.5 * t), 0.1 * np.sin(0.7 * t)])
+    value += 0.01 * rng.standard_normal(value.shape)
+    value[lost] = 0.0
+    return Signal(t, np.round(value / resolution) * resolution if resolution else value)
+
+
+@pytest.mark.parametrize("lost", [slice(0, 600, 15), slice(280, 310), np.arange(600) % 5 > 0])
+def test_zeros_amid_a_motion_that_goes_on_are_no_velocities_and_are_told(lost):
+    notes = []
+    read = without_zeros(swum(lost), notes)
+    unknown = np.zeros(600, np.bool_)
+    unknown[lost] = True
+    unknown[0] = unknown[599] = False
+    assert np.mean(np.isnan(read.value).all(axis=1)[unknown]) > 0.5
+    assert np.isfinite(read.value[~unknown]).all()
+    assert notes == [
+        f"{np.count_nonzero(np.isnan(read.value[:, 0]))} of 600 velocities are exactly zero in all axes, and those "
+        "around them are not: taken for no reading, as of a DVL without bottom lock."
+    ]
+
+
+def test_a_table_loses_the_zeros_of_a_dvl_without_bottom_lock(tmp_path):
+    velocity = swum(slice(0, 600, 15))
+    rows = "".join(
+        f"{t:.1f},{u:.6f},{v:.6f}\n" for t, (u, v, _) in zip(velocity.time_s, velocity.value, strict=True)
+    )
+    dive = of_table(tmp_path, f"t,vx,vy\n{rows}", MAP)
+    assert np.count_nonzero(np.isnan(dive.velocity.value[:, 0])) > 20
+    assert any("bottom lock" in note for note in dive.notes)
+
+
+@pytest.mark.parametrize("resolution", [0.0, 0.05])
+def test_a_vehicle_that_stops_and_one_whose_sensor_is_coarse_keep_their_zeros(resolution):
+    goes = np.clip(np.sin(0.2 * np.arange(600)), 0.0, None)
+    stops = Signal(0.1 * np.arange(600), np.outer(goes, [0.4, 0.1, 0.0]))
+    slow = swum(slice(0, 0), resolution)
+    for velocity in (stops, slow, Signal(slow.time_s, 0.1 * slow.value)):
+        notes = []
+        assert without_zeros(velocity, notes) is velocity
+        assert notes == []
 
 
 def test_a_flag_that_never_says_valid_is_one_that_nothing_fills(tmp_path):

@@ -52,6 +52,9 @@ def _unix_s(word: str) -> float:
 
 
 def _since_midnight_s(word: str) -> float:
+    # Python takes 01:23.4 for 1 h 23 min, and who writes it means 1 min 23.4 s.
+    if word.count(":") < 2:
+        raise ValueError(word)
     at = time.fromisoformat(word.rjust(len(word) + (word[1:2] == ":"), "0"))
     return 3600.0 * at.hour + 60.0 * at.minute + at.second + 1e-6 * at.microsecond
 

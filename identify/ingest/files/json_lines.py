@@ -90,7 +90,7 @@ def _stream(name: str, rows: Sequence[Cells]) -> tuple[Stream, dict[str, Mask]]:
     """A stream of rows, and by column those (n,) that lack it."""
     columns, text, empty = {}, {}, {}
     for field in dict.fromkeys(field for row in rows for field in row):
-        cells = [row.get(field) for row in rows]
+        cells = _numbers([row.get(field) for row in rows])
         blank = np.array([cell is None for cell in cells])
         if any(isinstance(cell, str) for cell in cells):
             text[field] = tuple("" if cell is None else str(cell) for cell in cells)
@@ -99,3 +99,11 @@ def _stream(name: str, rows: Sequence[Cells]) -> tuple[Stream, dict[str, Mask]]:
         if blank.any():
             empty[field] = blank
     return Stream(name, columns, text), empty
+
+
+def _numbers(cells: list[Any]) -> list[Any]:
+    """Cells of numbers, where those in words are numbers too, as "0.25" or "NaN"; others as they are."""
+    try:
+        return [float(cell) if isinstance(cell, str) else cell for cell in cells]
+    except ValueError:
+        return cells

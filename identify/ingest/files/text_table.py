@@ -3,6 +3,7 @@
 import csv
 import re
 import zlib
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
@@ -30,8 +31,15 @@ MOST_BAD: Final = 1_000
 NOTHING: Final = ("-", "--", "-.-", "--.--")
 """For no number: QGroundControl writes dashes."""
 SPOKEN: Final = {
-    "true": 1.0, "false": 0.0, **dict.fromkeys(("na", "n/a", "#n/a", "null", "none", *NOTHING), np.nan),
+    "true": 1.0, "false": 0.0,
+    **dict.fromkeys(
+        ("na", "n/a", "#n/a", "#num!", "#div/0!", "#value!", "null", "none", "nan(ind)", "-nan(ind)", *NOTHING), np.nan
+    ),
 }  # fmt: skip
+OF_WINDOWS: Final = re.compile(r"-?1\.#[A-Z]\w*")
+"""What programs of Windows write for no number: 1.#QNAN, -1.#IND00."""
+MOSTLY: Final = 0.5
+"""A column of words is told to be none if so many of its cells are numbers."""
 LONGEST_SHOWN: Final = 40
 HEAD_BYTES: Final = 4096
 NAMES_BYTES: Final = 1 << 16
@@ -69,6 +77,8 @@ class _Form:
         spoken = SPOKEN.get(cell.lower())
         if spoken is not None:
             return spoken
+        if OF_WINDOWS.fullmatch(cell):
+            return np.nan
         return float(cell.replace(",", ".") if self.decimal_comma else cell)
 
     def is_number(self, cell: str) -> bool:
@@ -123,6 +133,8 @@ def _table(text: str, complete: bool, path: Path) -> Streams:
         raise LogError(f"{_no_rows()}", path)
     if len(names) < form.count(lines[kept[-1]]) and all(_ends_open(lines[i], names, form) for i in kept):
         names = [*names, ""]
+    if twice := [name for name, count in Counter(filter(None, names)).items() if count > 1]:
+        notes = (*notes, f"Several columns are named {listed(twice)}: the first keeps that name.")
     names = _told_apart(names)
     if form.count(lines[kept[-1]]) < len(names) or not complete:
         kept, notes = kept[:-1], (*notes, "The last row is cut off and was left out.")
@@ -137,6 +149,13 @@ def _table(text: str, complete: bool, path: Path) -> Streams:
     for j in sorted(words):
         united = _united(_words([lines[i] for i in kept], j, form), values[:, j], names[j], form)
         if isinstance(united, str):
+            numbers = np.count_nonzero(np.isfinite(values[:, j]))
+            if not united and numbers >= MOSTLY * (len(kept) - np.count_nonzero(blank[:, j])):
+                first = kept[wrong[j][0]]
+                united = (
+                    f"{numbers} cells of '{names[j]}' are numbers, and row {first + 1} "
+                    f"{no_number(form.cells(lines[first])[j])}: the column was read as words."
+                )
             notes += (united,) if united else ()
         else:
             names[j], values[:, j], wrong[j] = united

@@ -38,6 +38,8 @@ WRENCH = "XYZKMN"
 IN_NEWTONS = re.compile(r"([XYZ])[ _]?[\[(]?N[\])]?|([KMN])[ _]?[\[(]?N[ ·*.]?m[\])]?")
 ANGLES = re.compile(r"\d+:(?:.*_)?(?:orientation|attitude)_\*")
 """Families of names whose three numbers are angles: a quaternion has a fourth."""
+COUNTED_FROM_1 = {1, 2, 3, 4}
+"""Places of a quaternion's parts as MAVLink and MATLAB count them, its `q1` to `q4`."""
 _EAST_FIRST = {0: 1, 1: 0, 2: 2}
 """Places in east, north, up of those in north, east."""
 
@@ -135,6 +137,8 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
         elif signal == "velocity" and OF_EARTH.search(snake(stream.name)):
             # ROS begins the names of its topics with a slash.
             frame = "ENU" if stream.name.startswith("/") else "NED"
+        if signal == "quaternion" and fields.keys() == COUNTED_FROM_1:
+            fields = {place - 1: field for place, field in fields.items()}
         if signal == "quaternion" and len(fields) == WIDTHS["euler"] and ANGLES.fullmatch(family):
             signal, fields = "euler", dict(enumerate(fields[place] for place in sorted(fields)))
         if signal == "euler" and fields.keys() == {PITCH_ANGLE} and _is_flat(stream, fields[PITCH_ANGLE]):

@@ -76,7 +76,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
      r"(ahead|forward|fwd|starboard|stbd|right|left|port)_(?:vel|velocity|speed)", ""),
     (EARTH_VELOCITY, r"v([nedu])|(?:.*_)?(?:v|vel|velocity)_([ned])", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity|speed)_?(north|east|down|up)", ""),
-    (EARTH_VELOCITY, r"(?:.*_)?local_position_v_?([xyz])", ""),
+    (EARTH_VELOCITY, r"(?:.*_)?local_position_(?:ned_)?v_?([xyz])", ""),
     (EARTH_VELOCITY, r"(north|east|down|up)_(?:vel|velocity|speed)", ""),
     (EARTH_VELOCITY, r"(?:.*_)?(?:v|vel|velocity)_(?:ned|enu)_([xyz012])", ""),
     ("gyro", r"(?:.*_)?(?:angular_velocity|angular_rate|ang_vel|gyroscope|gyro|gyr|rates?|omega)_?([xyz012])", ""),
@@ -98,8 +98,8 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("specific_force",
      r"(?:.*_)?(?:linear_acceleration|accelerometer|acceleration|accel|acc|specific_force)_?([xyz012])", ""),
     ("specific_force", r"xyz_([012])|([xyz])", r"(?:vehicle_)?acceleration|accel"),
-    ("specific_force", r"a_?([xyz])(?:_imu|_body)?", ""),
-    ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0123])|q([wxyz0123])", ""),
+    ("specific_force", r"a_?([xyz])(?:_imu|_body)?|(?:.*_)?([xyz])_?acc(?:el)?", ""),
+    ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0-4])|(?:.*_)?q([wxyz0-4])", ""),
     ("euler", r"(?:.*_)?(roll|pitch|yaw|heading|hdg)(?:_angle)?", ""),
     ("euler", r"(phi|theta|psi)", ""),
     ("euler", r"ang(?:le)?_?([xyz])", ""),
@@ -149,7 +149,7 @@ _AXES: dict[str, dict[str, int]] = {
     "specific_force": {},
     "euler": {"roll": 0, "pitch": 1, "yaw": 2, "heading": 2, "hdg": 2, "phi": 0, "theta": 1, "psi": 2, "3": 0,
               "4": 1, "5": 2},
-    "quaternion": {"w": 0, "x": 1, "y": 2, "z": 3, "0": 0, "1": 1, "2": 2, "3": 3},
+    "quaternion": {"w": 0, "x": 1, "y": 2, "z": 3, **{str(k): k for k in range(5)}},
     "tau_cmd": {
         **{f"force_{axis}": k for k, axis in enumerate("xyz")},
         **{f"torque_{axis}": 3 + k for k, axis in enumerate("xyz")},
@@ -236,6 +236,15 @@ def ends_in_time_unit(field: str) -> str | None:
     """The unit of time that a name ends in, whatever it begins with: `MonoS`, `t_boot_ms`; None for any other name."""
     words = snake(field).split("_")
     return UNITS["time"].get(words[-1]) if len(words) > 1 else None
+
+
+_LONG = frozenset(("min", "mins", "minutes", "h", "hr", "hrs", "hours", "d", "day", "days"))
+
+
+def long_time_unit(field: str) -> str:
+    """The word of a unit of time that no map knows, minutes, hours or days, in a name of a time; "" without."""
+    *words, last = snake(field).split("_")
+    return last if last in _LONG and time_unit("_".join(words))[0] else ""
 
 
 _PLACE = re.compile(r"((?:.*_)?(?:position|pos|p)_?|)([xyz012])")

@@ -25,6 +25,9 @@ LEAST_TILT_DEG = 0.35
 LARGEST_TURN_RAD_S, LARGEST_SPEED_M_S = 12.0, 20.0
 """No underwater vehicle turns or travels faster."""
 
+FAR_BEYOND, FEWEST_SIZES = 5.0, 100
+"""Factor by which a mark for no reading is beyond all readings, and the least different sizes of these."""
+
 LEAST_PULSE_US = 700.0
 LEAST_AIR_PA, DEEPEST_PA = 70_000.0, 6e6
 """Of air above the highest lakes that are dived, and of 600 m of water."""
@@ -69,6 +72,8 @@ class Guess:
 def unit_of(signal: str, values: Array) -> Guess:
     """The likeliest unit of a signal by its values (n, columns), NaN where unknown."""
     known = values[np.isfinite(values)]
+    if signal == "velocity":
+        known = _without_marks(known)
     largest = float(np.quantile(np.abs(known), 0.999)) if len(known) else 0.0
     match signal:
         case "euler" if largest > LARGEST_ANGLE_RAD and _is_unwrapped(values):
@@ -112,6 +117,13 @@ def unit_of(signal: str, values: Array) -> Guess:
     return Guess(
         {"voltage": "V", "tau_cmd": "N"}.get(signal, "1"), "", signal in ("quaternion", "armed", "voltage")
     )
+
+
+def _without_marks(known: Array) -> Array:
+    """Values without those by which a sensor says that it read nothing: of one size, and FAR_BEYOND all others."""
+    sizes, counts = np.unique(np.abs(known), return_counts=True)
+    is_mark = len(sizes) > FEWEST_SIZES and counts[-1] > 1 and sizes[-1] > FAR_BEYOND * sizes[-2]
+    return known[np.abs(known) < sizes[-1]] if is_mark else known
 
 
 def time_unit_of(time: Array) -> tuple[str, bool]:

@@ -29,6 +29,7 @@ from identify.ingest.mapping.column_map import (
     Columns,
     TimeColumn,
 )
+from identify.ingest.mapping.lost_lock import without_zeros
 from identify.ingest.mapping.names import tells_valid_velocity
 from identify.ingest.mapping.units import UNITS
 from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
@@ -97,6 +98,8 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
             stream.full_name(flags[stream.name]),
             notes,
         )
+    if "velocity" in signals:
+        signals["velocity"] = without_zeros(signals["velocity"], notes)
     if columns.pwm is not None:
         signals[COMMANDS.get(columns.pwm.unit, "thrust_cmd")] = signals.pop("pwm")
     notes += _clocks(tables, path)

@@ -10,7 +10,7 @@ from bridge.errors import LogError
 from identify.ingest.files.clock import MOST_WRONG, iso_s
 from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import ISO, OF_DAY, TimeColumn
-from identify.ingest.mapping.names import ends_in_time_unit, snake, time_unit
+from identify.ingest.mapping.names import ends_in_time_unit, long_time_unit, snake, time_unit
 from identify.ingest.mapping.ranges import time_unit_of
 from identify.ingest.ros.bags import RECEIVED, STAMP
 from identify.words import listed
@@ -24,6 +24,8 @@ FEWEST_EQUAL, EQUAL_WITHIN = 20, 0.01
 TIME_FIRST = ("field_header_stamp", "header_stamp", "stamp", "timestamp", "time", "t")
 """Names of a time, the most telling first: `rostopic echo -p` writes when it got a message as `time`, and what is in
 the message as `field`."""
+LEAST_STEP_S = 2e-5
+"""Mean step of rows that no logger writes faster: in days, rows at 20 Hz are 6e-7 apart."""
 COARSEST_FIRST = ("s", "ms", "us", "ns")
 
 
@@ -61,6 +63,13 @@ def time_column(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]
     if _is_time_of_day(longest):
         return _of_day(column)
     unit, is_telling = time_unit_of(longest)
+    known = longest[np.isfinite(longest)]
+    if unit == "s" and len(known) > 1 and 0 < (step := np.ptp(known) / (len(known) - 1)) < LEAST_STEP_S:
+        raise LogError(
+            f"its times in '{column}' go on by {step:.2g} from row to row, too little for seconds; if they are days, "
+            "as spreadsheets and MATLAB count them, give them in s",
+            path,
+        )
     return TimeColumn(
         column, unit
     ), "" if is_telling else f"By the steps of '{column}', its unit is {unit}; check it."
@@ -69,6 +78,10 @@ def time_column(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]
 def _unnamed(streams: Sequence[Stream], path: Path) -> tuple[TimeColumn, str]:
     """The time column where none that rises is named a time, and the reason. Raises LogError without any."""
     names = sorted({field for stream in streams for field in stream.columns})
+    if long := [name for name in names if long_time_unit(name)]:
+        raise LogError(
+            f"its times in '{long[0]}' are in {long_time_unit(long[0])}; give them in s, ms, us or ns", path
+        )
     back = [name for name in names if time_unit(name)[0]]
     if back and (still := _of_one_moment(streams, back[0])):
         raise LogError(still, path)

@@ -51,12 +51,14 @@ TIMED = (
 @dataclass(frozen=True)
 class _ClockOffset:
     """Arrival time minus boot time in seconds, by row. `boot_s`: the latest boot time up to each of these rows;
-    `last_s`: the latest of all."""
+    `last_s`: the latest of all. A clock that began anew goes on for all that: `added_s` (k,), from 0 on, is what the
+    times of each of its starts lack."""
 
     row: Array
     offset_s: Array
     boot_s: Array
     last_s: float
+    added_s: Array
 
     def at(self, rows: Array | Rows) -> Array:
         return np.interp(rows, self.row, self.offset_s)
@@ -64,6 +66,13 @@ class _ClockOffset:
     def row_of(self, boot_s: Array) -> Array:
         """The row (n,), as a fraction, that belongs to each boot time: messages of one stamp get the same."""
         return np.interp(boot_s, self.boot_s, self.row)
+
+    def going_on(self, stated_s: Array, arrived_s: Array) -> Array:
+        """Stated boot times (n,) on the clock that goes on, of the start that is nearest to when they arrived on it."""
+        each = stated_s[:, None] + self.added_s
+        return np.take_along_axis(each, np.abs(each - arrived_s[:, None]).argmin(axis=1)[:, None], axis=1)[
+            :, 0
+        ]
 
 
 @dataclass(frozen=True)
@@ -172,10 +181,10 @@ class Messages:
         own_clock = self.clocks.get(component)
         if own_clock is None:
             return by_arrival
-        stated = stated_s(fields)
+        arrived = self.frames.arrival_s[fields.rows] - own_clock.at(fields.rows)
+        stated = own_clock.going_on(stated_s(fields), arrived)
         stated[stated > own_clock.last_s + WILD_S] = np.nan
         if "time_usec" in fields and fields["time_usec"].dtype == np.dtype("<u4"):
-            arrived = self.frames.arrival_s[fields.rows] - own_clock.at(fields.rows)
             stated += np.round((arrived - stated) / WRAP_S) * WRAP_S
         stated[stated < own_clock.boot_s[0] - WILD_S] = np.nan
         at = own_clock.row_of(stated)
@@ -298,10 +307,19 @@ def two_clocks(arrival_s: Array, time_s: Array) -> bool:
 
 
 def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
-    offset, latest_s = frames.arrival_s[rows] - time_s, np.maximum.accumulate(time_s)
+    offset, added_s, set_at = frames.arrival_s[rows] - time_s, [0.0], list[int]()
+    time_s = time_s.copy()
+    for at, by_s in _set_at(offset, time_s):
+        if time_s[at] - time_s[at - 1] < -REBOOT_S:
+            time_s[at:] += by_s
+            offset[at:] -= by_s
+            added_s.append(added_s[-1] + by_s)
+        else:
+            set_at.append(at)
+    latest_s = np.maximum.accumulate(time_s)
     parts: list[Array] = []
     first_row = rows[0]
-    for begin, end in pairwise([0, *_set_at(offset, time_s), len(rows)]):
+    for begin, end in pairwise([0, *set_at, len(rows)]):
         # Never more than rows: the span is only as good as the recording's times.
         blocks = min(max(1, int(np.ptp(time_s[begin:end]) / BLOCK_S)), end - begin)
         starts = np.unique(np.linspace(begin, end, blocks, endpoint=False).astype(np.int64))
@@ -314,22 +332,22 @@ def _clock(frames: Frames, rows: Rows, time_s: Array) -> _ClockOffset:
             parts.append(np.array([[last_row, least[-1], latest_s[end - 1]]]))
             first_row = last_row + 1
     row, least, boot_s = np.concatenate(parts).T
-    return _ClockOffset(row, least, boot_s, float(latest_s[-1]))
+    return _ClockOffset(row, least, boot_s, float(latest_s[-1]), np.array(added_s))
 
 
-def _set_at(offset: Array, time_s: Array) -> list[int]:
-    """Where the recorder's clock was set: the offset (n,) of its times from boot times (n,) jumps, and stays there for
-    BLOCK_S. After a link that stalled, it falls back."""
+def _set_at(offset: Array, time_s: Array) -> list[tuple[int, float]]:
+    """Where the recorder's clock was set, or the sender's began anew, and by how many seconds: the offset (n,) of its
+    times from boot times (n,) jumps, and stays there for BLOCK_S. After a link that stalled, it falls back."""
     near = round(BLOCK_S * len(offset) / max(float(np.ptp(time_s)), BLOCK_S))
     least = max(near // 5, 1)
-    set_at: list[int] = []
+    set_at: list[tuple[int, float]] = []
     for at in (np.flatnonzero(np.abs(np.diff(offset)) > SET_S) + 1).tolist():
-        since = max([at - near, 0, *set_at[-1:]])
+        since = max([at - near, 0, *(each for each, _ in set_at[-1:])])
         if at - since < least or len(offset) - at < least:
             continue
         by_s = offset[at : at + near].min() - offset[since:at].min()
         if abs(by_s) > SET_S and abs(offset[at] - offset[at - 1] - by_s) < 0.5 * abs(by_s):
-            set_at.append(at)
+            set_at.append((at, float(by_s)))
     return set_at
 
 

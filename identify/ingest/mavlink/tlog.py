@@ -37,7 +37,7 @@ FUSED = (3, 5, 8)
 """MAV_ESTIMATOR_TYPEs that smooth, because they fuse accelerations: visual-inertial, the same with GPS, autopilot."""
 
 GYRO_BITS, ACCELERATION_BITS, FOG_BIT = 0b111000, 0b000111, 0b100000
-DOWNWARD = 25
+DOWNWARD, NO_ECHO = 25, 1
 ARMED = 128
 GENERIC = (12, 0)
 """MAV_AUTOPILOTs that may command thrusters without a firmware of the table: PX4, and a vehicle's own program."""
@@ -49,6 +49,11 @@ _ARRAYS = {"TAU_PID": 6, "TAU_FF": 6, "TAU_CMD": 6, "NU_FB": 6, "NU_REF": 14}
 
 AS_OFTEN = 0.9
 """Messages of equal rate differ in number by less than this share, because some of each are lost."""
+
+OF_AIR = (
+    "The pressure (SCALED_PRESSURE2) stays while the vehicle sinks, so it is that of the air in its hull: it was left "
+    "out, and the depth is the autopilot's."
+)
 
 
 @dataclass(frozen=True)
@@ -150,15 +155,19 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         if not signals.get(field):
             signals[field] = signal
     own_pulses = signals["pwm"] is of_autopilot["pwm"]
+    holds_pressure, notes = _holds_pressure(messages, firmware), messages.notes + restart_notes
+    pressure, depth = signals["pressure"], signals["depth"]
+    if holds_pressure and pressure and depth and held_pressure.is_of_air(pressure, depth):
+        signals["pressure"], notes = None, (*notes, OF_AIR)
     velocity = velocity_of(messages, signals.get("attitude"))
     if velocity is not None:
         signals["velocity"] = velocity.signal
         if not velocity.filtered and signals.get("pressure"):
             # The autopilot's own depth comes out of its filter, late; a DVL beside it is judged by the pressure.
             signals["depth"] = None
-    if (pressure := signals.get("pressure")) and _holds_pressure(messages, firmware):
+    if holds_pressure and (held := signals["pressure"]):
         read = None if velocity is None or velocity.filtered else velocity.signal
-        signals["pressure"] = held_pressure.dated(pressure, read, signals.get("attitude"))
+        signals["pressure"] = held_pressure.dated(held, read, signals.get("attitude"))
     sent = np.unique(frames.message[frames.system == messages.system], return_counts=True)
     return {
         **{field: signal for field, signal in signals.items() if signal},
@@ -169,7 +178,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
         "unix_at_boot_s": _unix_at_boot_s(messages),
         "recorded_at_boot_s": messages.arrived_at_boot_s,
         "motors": _motors(messages),
-        "notes": messages.notes + restart_notes + _damage(frames) + unheard_notes(frames, messages.system),
+        "notes": notes + _damage(frames) + unheard_notes(frames, messages.system),
         "counts": {message_name(int(number)): int(count) for number, count in zip(*sent, strict=True)}
         | frames.counts,
     }
@@ -349,7 +358,8 @@ def _rpm(batch: Batch | None, pwm: Signal | None) -> Signal | None:
 def _altitude(batch: Batch) -> Signal:
     """Distance to the bottom by the first of several sounders that look down."""
     cm, number = batch.columns("current_distance"), batch.fields["id"]
-    cm[(cm[:, 0] == 0) | (cm[:, 0] > batch.fields["max_distance"])] = np.nan
+    none = batch.fields["signal_quality"] == NO_ECHO
+    cm[none | (cm[:, 0] == 0) | (cm[:, 0] > batch.fields["max_distance"])] = np.nan
     first = number == number.min(initial=255)
     return Signal(batch.time_s[first], cm[first] * 1e-2)
 
