@@ -790,3 +790,12 @@ def test_a_position_that_is_only_set_off_is_not_turned_round_and_one_that_went_d
     assert dived.columns.depth.scale == (-1.0,)
     named = proposed({"t": t, **speed, "depth": -3.0 + 0.02 * np.sin(t)})
     assert named.columns.depth.scale == (-1.0,)
+
+
+def test_the_z_of_a_wrench_is_no_depth_whose_motion_turns_the_axes_round():
+    at_s = np.linspace(0.0, 60.0, 1201)
+    columns = {"time": at_s, "u": 0.2 * np.sin(at_s), "v": 0.1 * np.cos(at_s), "w": 0.1 * np.sin(0.5 * at_s)}
+    columns |= {axis: (4.0 + k) * np.sin(at_s / (k + 2.0)) for k, axis in enumerate("XYZKMN")}
+    proposal = proposed(columns)
+    assert "depth" not in units(proposal)
+    assert proposal.columns.tau_cmd.columns == tuple("XYZKMN")

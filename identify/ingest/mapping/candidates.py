@@ -129,6 +129,10 @@ def candidates_in(stream: Stream, time: str) -> Iterable[Candidate]:
     }:
         sets[("tau_cmd", WRENCH)] = newtons
         about[("tau_cmd", WRENCH)] = "N", 0
+    if sets.get(("tau_cmd", WRENCH), {}).get(2) == "Z":
+        sets = {
+            key: fields for key, fields in sets.items() if key[0] != "depth" or "Z" not in fields.values()
+        }
     for (signal, family), fields in sets.items():
         key = signal, family
         frame = frames.get(key, BODY)
