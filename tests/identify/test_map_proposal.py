@@ -799,3 +799,12 @@ def test_the_z_of_a_wrench_is_no_depth_whose_motion_turns_the_axes_round():
     proposal = proposed(columns)
     assert "depth" not in units(proposal)
     assert proposal.columns.tau_cmd.columns == tuple("XYZKMN")
+
+
+@pytest.mark.parametrize("names", [("escStatus.rpm1", "escStatus.rpm2"), ("pwm_1", "pwm_2")])
+def test_outputs_that_nothing_drives_are_not_the_vehicles_thrusters(names):
+    columns = usual(READ)
+    columns = {name: cells for name, cells in columns.items() if not name.startswith("T")}
+    proposal = proposed(columns | dict.fromkeys(names, 0.0 * READ["depth"]))
+    assert not {"rpm", "pwm"} & units(proposal).keys()
+    assert any("never change" in note for note in proposal.notes)

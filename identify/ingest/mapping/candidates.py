@@ -99,6 +99,12 @@ class Candidate:
         return len(known) > 1 and bool(np.ptp(known, axis=0).any())
 
     @property
+    def drives_nothing(self) -> bool:
+        """Whether these are outputs or speeds of thrusters that are 0 all the time, as an autopilot logs what no
+        thruster is connected to."""
+        return self.signal in ("pwm", "rpm") and not np.nan_to_num(self.values).any()
+
+    @property
     def worth(self) -> tuple[bool, bool, bool, float, int, int]:
         """Larger is better: moves, is complete, is in body axes, of a favoured topic, well named, has more rows."""
         known = self.values[np.isfinite(self.values).all(axis=1)]
@@ -190,7 +196,7 @@ def choices_of(candidates: Sequence[Candidate]) -> tuple[tuple[Choice, ...], lis
                     f"{candidate.names}: not used for velocity. It is a part of one in earth axes, and only the whole "
                     "can be turned to the body's."
                 )
-            elif signal in MEASURED and not candidate.moves:
+            elif not candidate.moves and (signal in MEASURED or candidate.drives_nothing):
                 still.append(candidate)
             elif signal != "quaternion" or len(candidate.fields) == 4:
                 usable.append(candidate)
