@@ -808,3 +808,12 @@ def test_outputs_that_nothing_drives_are_not_the_vehicles_thrusters(names):
     proposal = proposed(columns | dict.fromkeys(names, 0.0 * READ["depth"]))
     assert not {"rpm", "pwm"} & units(proposal).keys()
     assert any("never change" in note for note in proposal.notes)
+
+
+@pytest.mark.parametrize("name", ["timestamp_abs", "timestamp_rel", "time_absolute"])
+def test_a_stamp_that_says_which_of_two_it_is_is_a_time(name):
+    columns = usual(READ)
+    time = next(iter(columns))
+    uneven = columns[time] + 0.005 * np.sin(1.7 * np.arange(len(columns[time])))
+    renamed = {name: uneven} | {each: cells for each, cells in columns.items() if each != time}
+    assert proposed(renamed).columns.time.column == name

@@ -164,7 +164,7 @@ _XYZ = {"x": 0, "y": 1, "z": 2, "0": 0, "1": 1, "2": 2}
 
 _BRACKETED = re.compile(r"(.*?)\s*[\[(]\s*([^\d\])][^\])]*)[\])]\s*")
 _TIMES = re.compile(
-    r"(?:(?:field_)?header_)?stamp|t|(?:.*_)?time(?:_?stamp)?(?:_boot|_since_boot|_sample)?|timestamp_sample|received|clock|elapsed|ts|"
+    r"(?:(?:field_)?header_)?stamp|t|(?:.*_)?time(?:_?stamp)?(?:_boot|_since_boot|_sample|_abs(?:olute)?|_rel(?:ative)?)?|timestamp_sample|received|clock|elapsed|ts|"
     r"time_of_validity"
 )
 
