@@ -817,3 +817,11 @@ def test_a_stamp_that_says_which_of_two_it_is_is_a_time(name):
     uneven = columns[time] + 0.005 * np.sin(1.7 * np.arange(len(columns[time])))
     renamed = {name: uneven} | {each: cells for each, cells in columns.items() if each != time}
     assert proposed(renamed).columns.time.column == name
+
+
+def test_a_range_to_a_beacon_is_no_altitude():
+    streams = table(usual(READ))
+    beacon = replace(streams[0], name="usbl", columns={
+        next(iter(streams[0].columns)): next(iter(streams[0].columns.values())), "range": 5.0 + READ["depth"],
+    })  # fmt: skip
+    assert "altitude" not in units(propose([*streams, beacon], LOG))

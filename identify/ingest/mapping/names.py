@@ -108,7 +108,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("euler", r"angular_([xyz])", r"^(?!.*(?:rate|vel|speed|gyro)).*attitude"),
     ("pressure", r"(?:.*_)?(?:fluid_)?(?:pressure|press|baro)(?:_abs)?|abs_pressure", ""),
     ("pressure", r"data", r"^(?!.*(?:intern|inner|inside|hull|housing|tube|air|diff|tank)).*(?:pressure|baro)"),
-    ("altitude", r"(?:.*_)?(?:altitude|range|distance|height_above_bottom)", ""),
+    ("altitude", r"(?:.*_)?(?:altitude|range|distance|height_above_bottom)", r"^(?!.*(?:usbl|lbl|beacon|acoustic))"),
     ("altitude", r"data", r"altitude|altimeter|range"),
     ("depth", r"(?:.*_)?depth", ""),
     ("depth", r"data", r"depth|rel_alt"),
