@@ -304,15 +304,18 @@ def test_the_pressure_that_an_ardusub_holds_is_dated_before_that_and_not_that_of
     assert pressure.time_s[50] == pytest.approx(5.0 - late_s, abs=2e-3)
 
 
+@pytest.mark.parametrize("begins", [0, 15])
 @pytest.mark.parametrize(("pa_m", "is_water"), [(0.0, False), (200.0, False), (10_050.0, True)])
 def test_a_pressure_that_stays_while_an_ardusub_sinks_is_of_its_hull_and_the_depth_the_autopilots(
-    tmp_path: Path, pa_m: float, is_water: bool
+    tmp_path: Path, pa_m: float, is_water: bool, begins: int
 ) -> None:
+    """The autopilot's filter begins after so many samples: until then it has the depth of where it started."""
     stamped = dive_with_deltas(has_arrays=False)
     for k in range(100):
-        deep_m = 3.0 + 2.0 * np.sin(0.1 * k)
+        deep_m = 23.0 + 0.5 * np.sin(0.2 * k)
         pressure = mav.MAVLink_scaled_pressure2_message(100 * k, 1013.0 + 0.01 * pa_m * deep_m, 0, 2000)
-        sunk = mav.MAVLink_global_position_int_message(100 * k + 1, 0, 0, 0, round(-1e3 * deep_m), 0, 0, 0, 0)
+        told_mm = 0 if k < begins else round(-1e3 * deep_m)
+        sunk = mav.MAVLink_global_position_int_message(100 * k + 1, 0, 0, 0, told_mm, 0, 0, 0, 0)
         stamped += [(k / 10, 1, 1, message) for message in (pressure, sunk)]
     stamped = [item for item in stamped if getattr(item[3], "relative_alt", 0) != -2500]
     stamped.sort(key=lambda item: item[0])

@@ -26,19 +26,24 @@ SPIKE: Final = 6.0
 """A step of the pressure with so many times the usual error is a spike."""
 ALIKE: Final = 1e8
 """Condition number of the squares beyond which the columns are inseparable."""
-LEAST_SUNK_M: Final = 1.0
+STEP_S: Final = 2.0
+LEAST_STEP_M: Final = 0.2
 LEAST_RISE_PA_M: Final = 5000.0
 """Half of what a pressure rises by in a metre of water: in a hull, the air's rises by far less."""
 
 
 def is_of_air(pressure: Signal, depth: Signal) -> bool:
     """Whether a pressure (n, 1) stays while the autopilot's depth (m, 1) changes: a board with two barometers has that
-    of the water as its third, and sends none of it (GCS_MAVLink_Sub.cpp, send_scaled_pressure3)."""
-    sunk_m, risen_pa = (
-        float(np.ptp(np.nanquantile(value, (0.05, 0.95)))) if np.isfinite(value).any() else 0.0
-        for value in (depth.at(pressure.time_s), pressure.value)
-    )
-    return sunk_m > LEAST_SUNK_M and risen_pa < LEAST_RISE_PA_M * sunk_m
+    of the water as its third, and sends none of it (GCS_MAVLink_Sub.cpp, send_scaled_pressure3).
+
+    By most of the dive's steps over STEP_S: a filter of the autopilot that begins at depth jumps once.
+    """
+    time_s = pressure.time_s[: np.searchsorted(pressure.time_s, pressure.time_s[-1:] - STEP_S)[0]]
+    sunk_m, risen_pa = (each.at(time_s + STEP_S) - each.at(time_s) for each in (depth, pressure))
+    sinks = np.abs(sunk_m) > LEAST_STEP_M
+    if np.count_nonzero(sinks) < FEWEST:
+        return False
+    return float(np.median(risen_pa[sinks] / sunk_m[sinks])) < LEAST_RISE_PA_M
 
 
 def dated(pressure: Signal, velocity: Signal | None, attitude: Signal | None) -> Signal:
