@@ -20,6 +20,7 @@ from identify.batch.page import MARKS, batch_report, cause_words, doubt_mark
 from identify.batch.recordings import Selection, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
+from identify.diagnose.words.causes import words
 from identify.estimators.table import METHODS
 from identify.ingest.mapping.column_map import map_file
 from identify.report.page import Read, with_provenance, write_report
@@ -277,7 +278,7 @@ def causes_table(rows: Sequence[Row]) -> Table:
         (
             str(number),
             utc(row.unix_s),
-            row.causes.verdict or "-",
+            words(row.causes.verdict) or "-",
             row.causes.error or "; ".join(map(cause_words, row.causes.found)) or "-",
         )
         for number, row in enumerate(rows, start=1)
