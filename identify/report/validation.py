@@ -156,7 +156,7 @@ def _axis(
 
 def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Traces, ...]:
     """All dives overlaid on a common scale, each from the first motion of its reference; nothing for an axis without
-    any."""
+    any, and no panel of what is zero throughout, as the feed-forward of a baseline."""
     moving_s = {label: span_s for label, dive in dives.items() if (span_s := _moving_s(dof, dive))}
     if not moving_s:
         return ()
@@ -196,7 +196,7 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
             (*begun_s, "reference"),
             time_s,
             np.zeros(len(time_s), dtype=np.intp),
-            tuple((title, curves) for title, curves in panels if np.isfinite(curves).any()),
+            tuple((title, curves) for title, curves in panels if np.nan_to_num(curves).any()),
             (*modes, "reference"),
         ),
     )
@@ -351,7 +351,9 @@ def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[P
         speeds.insert(0, signal_line(measured, 0, start_s, "measured"))
     sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
     wrenches = [
-        signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None and len(s)
+        signal_line(s, dof, start_s, word, style)
+        for word, style, s in sources
+        if s is not None and np.nan_to_num(s.value[:, dof]).any()
     ]
     panels = [time_panel(speed, dive, speeds)]
     if error := error_line(dof, dive, lever_m):

@@ -181,6 +181,19 @@ def test_neither_speed_nor_error_is_drawn_through_a_silence_of_the_dvl():
         assert np.isnan(curve[(at_s > 12.2) & (at_s < 27.8)]).all()
 
 
+def test_what_a_dive_never_fed_forward_gets_no_panel_without_a_curve():
+    baseline = moving("pid", 0.5)
+    fed = replace(baseline, tau_ff=Signal(baseline.tau_ff.time_s, 2.0 * np.ones_like(baseline.tau_ff.value)))
+    titles = {
+        words: [title for title, _ in made(dives).sections[1].traces[0].panels]
+        for words, dives in {"off": {"off": baseline}, "both": {"off": baseline, "shadow": fed}}.items()
+    }
+    speed_to_pid = ["speed, mm/s", "error, mm/s", "force of the PID, N"]
+    assert titles == {"off": speed_to_pid, "both": [*speed_to_pid, "force of the feed-forward, N"]}
+    drawn = [labels(figure) for figure in made({"off": baseline}).sections[1].filed]
+    assert not any("feed-forward" in each for each in drawn)
+
+
 def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     judged = Raising(
         Mode.OFF, Mode.BOTH, (Criterion("surge mass", False, "2.00 times, 0.71 to 1.41", "dive again"),)
