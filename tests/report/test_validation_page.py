@@ -106,6 +106,11 @@ def labels(figure):
             "surge 10 mm/s (75 % less than 'off'), sway 5.0 mm/s (75 % less), yaw 9.9 mm/s (alike).",
         ),
         ({"off": errs(0.04)}, "'off' errs, mean absolute: surge 40 mm/s."),
+        (  # No other dive tells of sway, so nothing there is the least.
+            {"off": errs(0.04), "both": TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes))},
+            "'both' errs least, mean absolute: surge 20 mm/s (50 % less than 'off'). "
+            "'both' errs, mean absolute: sway 10 mm/s.",
+        ),
         (
             {"off": errs(math.nan)},
             "No dive has a reference that moves and a measured speed beside it: nothing to compare.",
