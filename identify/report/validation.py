@@ -23,7 +23,7 @@ from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_p
 from identify.report.traces import MODES, Traces
 from identify.run.validate import Run, Validation, verdict
 from identify.validation.against_forecast import verdict_of
-from identify.validation.raising import MARKS, Raising
+from identify.validation.raising import BASELINE, MARKS, Raising
 from identify.validation.tracking import (
     CUTOFF_HZ,
     LEAST_SPEED,
@@ -79,9 +79,12 @@ def validation_report(validation: Validation) -> Report:
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
     judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
     said = [f"{run.label}: {' '.join(words)}" for run in runs if (words := _said_first(run))]
+    baselines = "\n\n".join(f"{run.label}: {BASELINE}" for run in runs if run.is_baseline)
     notes = "\n\n".join(f"{label}: {note}" for label, dive in dives.items() for note in dive.notes)
     sections = (
-        Section("May the feed-forward be raised?", judged=judgements) if judgements else None,
+        Section("May the feed-forward be raised?", baselines, judged=judgements)
+        if judgements or baselines
+        else None,
         _whole(errors),
         *axes,
         _criteria(judged),

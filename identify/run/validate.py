@@ -64,6 +64,11 @@ class Run:
         """Whether any axis has an error."""
         return any(math.isfinite(axis.overall) for axis in self.errors.axes)
 
+    @property
+    def is_baseline(self) -> bool:
+        """Whether nothing was fed forward in it, so that nothing is judged."""
+        return self.raising is None and self.mode == Mode.OFF.word and self.compared
+
 
 @dataclass(frozen=True)
 class Validation:

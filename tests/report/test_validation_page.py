@@ -220,6 +220,14 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     assert report.sections[3].tables[0].shown == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
 
 
+def test_the_page_says_of_a_baseline_that_it_is_one_and_gets_no_verdict():
+    dive = moving("pid", 1.5)
+    run = Run("off", dive, tracking_errors(dive), None, "off")
+    first = validation_report(Validation(FILE, (run,), AT_ORIGIN)).sections[0]
+    assert (first.heading, first.judged) == ("May the feed-forward be raised?", ())
+    assert first.text.startswith("off: the baseline, flown by the PID with nothing fed forward")
+
+
 def test_no_line_of_a_page_ends_between_a_number_and_its_unit():
     report = made({"off": moving("pid", 1.5)}, {})
     told = replace(report.sections[0], text="Were thrust 10 ms later, it would be 1 % larger.")

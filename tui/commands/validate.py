@@ -100,7 +100,7 @@ def tell(console: Console, done: Validation) -> None:
             show.say(console, f"{run.label}: {verdict_of(run.held)}")
         if run.raising is not None:
             show.say(console, f"{run.label}: {run.raising.sentence}")
-        elif run.mode == Mode.OFF.word and run.compared:
+        elif run.is_baseline:
             show.say(console, f"{run.label}: {BASELINE}")
     if whole := whole_table(errors):
         show.say(console, "")
