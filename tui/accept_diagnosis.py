@@ -230,12 +230,27 @@ def before_named(accepted: str, file: VehicleFile, configuration: str, leave: Le
         raise UsageError(f"--accepted {accepted}: {error}") from None
 
 
+def check_accepted(path: Path, vehicle: str, of: str, file: VehicleFile, configuration: str) -> None:
+    """Raise UsageError for a file that is of another vehicle than the dive, if it says of which, or another
+    configuration."""
+    theirs = (
+        ("vehicle", vehicle or file.vehicle.name, file.vehicle.name),
+        ("configuration", of, configuration),
+    )
+    for what, accepted, dived in theirs:
+        if accepted != dived:
+            raise UsageError(
+                f"--accepted {path}: is of {what} '{accepted}', the dive of '{dived}'; give what was accepted for "
+                "that one"
+            )
+
+
 def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Leave) -> Before:
     """Read a file of `identify` or of `diagnose --accept`, without ageing.
 
     A value that its identification doubts is not taken, unless `leave` lets it pass: its error would be reported as a
-    change of the vehicle. Raises UsageError for a file of another configuration, for a fit that did not converge though
-    none of its values is doubted, and for a file in which every value is doubted.
+    change of the vehicle. Raises UsageError for a file of another vehicle or configuration, for a fit that did not
+    converge though none of its values is doubted, and for a file in which every value is doubted.
     """
     read = accepted_in(path, 0.0, Leave(doubts=True))
     if not read.doubted:
@@ -243,11 +258,7 @@ def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Le
     # A diagnosis looks for changes of the hull's own model.
     hull = coefficients_of_hull(file.vehicle.configurations[configuration])
     priors = {name: prior for name, prior in read.priors.items() if name in hull}
-    if read.configuration != configuration:
-        raise UsageError(
-            f"--accepted {path}: is of configuration '{read.configuration}', the dive of '{configuration}'; give what "
-            "was accepted for that one"
-        )
+    check_accepted(path, read.vehicle, read.configuration, file, configuration)
     lines = doubt_lines(read.doubted, priors)
     if leave.doubts:
         return Before(priors, read.effects, tuple(f"Of what was accepted, {line}." for line in lines))

@@ -269,6 +269,14 @@ def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
         accepted_before(param, FILE, "survey", Leave())
 
 
+def test_a_later_diagnosis_takes_nothing_of_another_vehicle_and_of_its_effects(param):
+    other = replace(FILE, vehicle=replace(FILE.vehicle, name="another"))
+    with pytest.raises(
+        UsageError, match="is of vehicle 'ruvifist', the dive of 'another'; give what was accepted"
+    ):
+        accepted_before(param, other, "hovering", Leave())
+
+
 def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_says_so(param):
     sidecar = read_sidecar(param)
     write_sidecar(param, replace(sidecar, doubted={"D_u": "no gyro was recorded"}))

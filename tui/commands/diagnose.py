@@ -28,7 +28,7 @@ from identify.run.identify import compiles_first, runs_as_json
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_as_dives
 from tui import show
-from tui.accept_diagnosis import accept, before_of
+from tui.accept_diagnosis import accept, before_of, check_accepted
 from tui.files import Files
 from tui.parameter_files import Leave, read_identification
 from tui.recordings import column_map_for, read_together, ruled_out
@@ -63,7 +63,7 @@ def run(arguments: argparse.Namespace) -> int:
     ]
     configuration = reading.configuration
     if arguments.accepted:
-        usual = usual_accepted(Path(arguments.accepted))
+        usual = usual_accepted(Path(arguments.accepted), reading.file, configuration)
         if usual is not None and repeats(reading.dive, reading.file, configuration):
             return run_repeats(arguments, reading, usual)
     leave = Leave(doubts=arguments.despite_doubts)
@@ -103,13 +103,18 @@ def run(arguments: argparse.Namespace) -> int:
     return files.code(exit_codes.DONE)
 
 
-def usual_accepted(path: Path) -> Usual | None:
-    """Marks of accepted runs, if the JSON of `identify --together` holds them. Raises UsageError for a damaged file."""
+def usual_accepted(path: Path, file: VehicleFile, configuration: str) -> Usual | None:
+    """Marks of accepted runs, if the JSON of `identify --together` holds them. Raises UsageError for a damaged file,
+    and for one of another vehicle or configuration."""
     if path.suffix != ".json":
         return None
-    kept = read_identification(path).get("repeats")
+    identified = read_identification(path)
+    kept = identified.get("repeats")
+    if kept is None:
+        return None
+    check_accepted(path, str(identified["vehicle"]["name"]), identified["configuration"], file, configuration)
     try:
-        return None if kept is None else usual_from(kept)
+        return usual_from(kept)
     except LogError as error:
         raise UsageError(f"--accepted {path}: {error}") from None
 
