@@ -160,8 +160,9 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
         values = {name: float(listed[name]["value"]) for name in order if (listed[name]["value"] or 0.0) > 0}
         doubted = _doubted(identified, order)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
+        why = f"it lacks {error}" if isinstance(error, KeyError) else error
         raise ConfigError(
-            f"{source}: not an identification as seatrial identify --json writes it ({error}); give one, or the dive"
+            f"{source}: not an identification as seatrial identify --json writes it ({why}); give one, or the dive"
         ) from None
     if of_vehicle != file.vehicle.name:
         raise ConfigError(
