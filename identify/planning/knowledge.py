@@ -192,9 +192,10 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
     left = [name for name in NAMES if name not in values]
     sentences = [f"Starts from {source}, which ended as '{outcome}'."]
     if left:
+        are = "its value is" if len(left) == 1 else "their values are"
         sentences.append(
-            f"It tells little or nothing of {', '.join(left)}: their values are the vehicle file's or, where that has "
-            f"none, {MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
+            f"It tells little or nothing of {', '.join(left)}: {are} the vehicle file's or, where that has none, "
+            f"{MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
         )
     noise = tuple(_noise_of(dof, nuisance, typical, file) for dof, typical in enumerate(first.noise))
     guessed = first.guessed - firm
