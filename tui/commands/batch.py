@@ -80,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
                         here.carried_kg,
                     )
                 )
-            with show.progress(f"{VERBS[kind]} {len(jobs)} dives") as tell:
+            with show.progress(f"{VERBS[kind]} {_dives(len(jobs))}") as tell:
                 clock = clocks.SystemClock()
                 results[kind] = run_batch(jobs, cache, engine(arguments), teller(tell, clock))
     except KeyboardInterrupt:
@@ -157,7 +157,7 @@ def teller(tell: Tell, clock: Clock) -> Callable[[Standing], None]:
     started_s = clock.boot_s()
 
     def report(standing: Standing) -> None:
-        words = f"{standing.kept + standing.done} of {standing.total} dives"
+        words = f"{standing.kept + standing.done} of {_dives(standing.total)}"
         if standing.kept:
             words += f", {standing.kept} known before"
         words += f", {standing.failed} failed"
@@ -165,6 +165,10 @@ def teller(tell: Tell, clock: Clock) -> Callable[[Standing], None]:
         tell(standing.share, words if left_s is None else f"{words}, {duration(left_s)} left")
 
     return report
+
+
+def _dives(number: int) -> str:
+    return f"{number} dive{'' if number == 1 else 's'}"
 
 
 def duration(seconds: float) -> str:
