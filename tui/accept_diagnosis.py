@@ -20,6 +20,7 @@ from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
 from identify.diagnose.accepted import none_accepted
 from identify.diagnose.result import Diagnosis
+from identify.diagnose.shrink.contradiction import contradicted
 from identify.diagnose.words.diagnosis import sorted_by_likelihood
 from identify.dive import Dive
 from identify.doubt import Outcome, worst
@@ -82,9 +83,11 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
     how = f"accepted: {path}; {_sends(path, diagnosis, shape)}"
     if diagnosis.verdict in ("partly", "unknown"):
         how += " with --despite-doubts, because something is left that no cause explains"
+    elif contradicted(diagnosis.heldout, diagnosis.check):
+        how += " with --despite-doubts, because the check dive does not bear it out"
     elif outcome is not Outcome.CONVERGED:
-        contradicted = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
-        why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
+        of_itself = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
+        why = "the recording contradicts itself" if of_itself else "the model does not fit the dive"
         how += f" with --despite-doubts, because {why}"
     return (
         *diagnosis.accepted.sentences,
@@ -126,11 +129,12 @@ def write_accepted(
     """Write the result of accepting a diagnosis as a parameter file with its sidecar.
 
     `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
-    a gap is left that no cause explains, the outcome is that data and model disagree. `foresight` is kept for
-    comparison with the next dive. Raises ParamRejected.
+    a gap is left that no cause explains, or the check dive contradicts the causes, the outcome is that data and model
+    disagree. `foresight` is kept for comparison with the next dive. Raises ParamRejected.
     """
     accepted, configuration = diagnosis.accepted, diagnosis.configuration
-    outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording
+    refuted = contradicted(diagnosis.heldout, diagnosis.check)
+    outcome = Outcome.DISAGREES if refuted or diagnosis.verdict in ("partly", "unknown") else by_recording
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
     ids = {item.name: item.parameter_id(veh_cfg) for item in OF_HULL.values()}
