@@ -14,6 +14,7 @@ from bridge.errors import FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.diagnose.result import Diagnosis
+from identify.diagnose.shrink.contradiction import contradicted
 from identify.diagnose.shrink.shrink import csv_of
 from identify.diagnose.simulators import comparison as against
 from identify.diagnose.simulators.comparison import Against
@@ -98,9 +99,15 @@ def run(arguments: argparse.Namespace) -> int:
         console = show.results(arguments.json)
         tell_diagnosis(console, result)
         show.say(console, *files.written)
-        if result.accepted.effects and result.findings and not arguments.accept:
+        if not arguments.accept and is_for_upload(result):
             show.say(show.words(), NOT_ACCEPTED)
     return files.code(exit_codes.DONE)
+
+
+def is_for_upload(result: Diagnosis) -> bool:
+    """Whether causes were found that a vehicle may make up for: nothing speaks against these."""
+    found = result.accepted.effects and result.findings
+    return bool(found) and not result.first and not contradicted(result.heldout, result.check)
 
 
 def usual_accepted(path: Path, file: VehicleFile, configuration: str) -> Usual | None:
