@@ -318,7 +318,7 @@ def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
     ]
     caption = (
         f"How much faster (+) or slower (-) than asked the vehicle went on average in {axis} while it held a speed, "
-        f"{unit}, with the standard error of that mean over the runs at this speed."
+        f"{unit}, ± one standard error of that mean over the runs at this speed, not half of a 95 % interval."
     )
     return Table((f"{axis.capitalize()} speed, {unit}", *errors), tuple(rows), caption)
 

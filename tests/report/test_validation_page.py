@@ -344,3 +344,8 @@ def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
         ("200", "−1.2 ± 0.4", "—", "—"),
         ("400", "+2.1", "+2.1", "—"),
     )
+    # What follows ± on this page else is half of a 95 % interval.
+    assert (
+        "± one standard error of that mean over the runs at this speed, not half of a 95 % interval"
+        in by_speed.caption
+    )
