@@ -71,8 +71,9 @@ def speed_unit(per: str) -> tuple[float, str]:
 
 
 def unbroken(sentence: str) -> str:
-    """The sentence for a page: no line breaks between a number and its unit, about an arrow, or within NO-GO."""
-    whole = sentence.replace(" -> ", "\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}")
+    """The sentence for a page: units with raised powers, and no line breaks between a number and its unit, about an
+    arrow, or within NO-GO."""
+    whole = raised(sentence).replace(" -> ", "\N{NO-BREAK SPACE}→\N{NO-BREAK SPACE}")
     return with_units(whole.replace("NO-GO", "NO\N{NON-BREAKING HYPHEN}GO"), "\N{NO-BREAK SPACE}")
 
 
@@ -89,6 +90,11 @@ def count(number: int) -> str:
 def unit(text: str) -> str:
     """A unit with its powers raised: `N s2/m2` becomes `N s²/m²`."""
     return re.sub(r"(?<=[a-z])[23]", lambda power: {"2": "²", "3": "³"}[power[0]], text)
+
+
+def raised(sentence: str) -> str:
+    """The sentence with the powers of a unit after a number raised, as in `14 kg m²`."""
+    return re.sub(r"(?<=\d )(?:kg m2|kg/m3|m/s2|N s2/m2|N m s2)\b", lambda found: unit(found[0]), sentence)
 
 
 def unit_after(text: str) -> str:

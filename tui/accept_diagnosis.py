@@ -20,6 +20,7 @@ from identify.batch.rows import clauses
 from identify.checks.contradictions import contradictions
 from identify.diagnose.accepted import none_accepted
 from identify.diagnose.result import Diagnosis
+from identify.diagnose.shrink.contradiction import contradicted
 from identify.diagnose.words.diagnosis import sorted_by_likelihood
 from identify.dive import Dive
 from identify.doubt import Outcome, worst
@@ -82,9 +83,11 @@ def accept(path: Path, diagnosis: Diagnosis, dive: Dive, file: VehicleFile) -> t
     how = f"accepted: {path}; {_sends(path, diagnosis, shape)}"
     if diagnosis.verdict in ("partly", "unknown"):
         how += " with --despite-doubts, because something is left that no cause explains"
+    elif contradicted(diagnosis.heldout, diagnosis.check):
+        how += " with --despite-doubts, because the check dive does not bear it out"
     elif outcome is not Outcome.CONVERGED:
-        contradicted = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
-        why = "the recording contradicts itself" if contradicted else "the model does not fit the dive"
+        of_itself = worst(doubt.outcome for doubt in of_recording) is not Outcome.CONVERGED
+        why = "the recording contradicts itself" if of_itself else "the model does not fit the dive"
         how += f" with --despite-doubts, because {why}"
     return (
         *diagnosis.accepted.sentences,
@@ -126,11 +129,12 @@ def write_accepted(
     """Write the result of accepting a diagnosis as a parameter file with its sidecar.
 
     `doubted`: the recording's evidence against values, by coefficient, and `by_recording` the outcome it leads to. If
-    a gap is left that no cause explains, the outcome is that data and model disagree. `foresight` is kept for
-    comparison with the next dive. Raises ParamRejected.
+    a gap is left that no cause explains, or the check dive contradicts the causes, the outcome is that data and model
+    disagree. `foresight` is kept for comparison with the next dive. Raises ParamRejected.
     """
     accepted, configuration = diagnosis.accepted, diagnosis.configuration
-    outcome = Outcome.DISAGREES if diagnosis.verdict in ("partly", "unknown") else by_recording
+    refuted = contradicted(diagnosis.heldout, diagnosis.check)
+    outcome = Outcome.DISAGREES if refuted or diagnosis.verdict in ("partly", "unknown") else by_recording
     veh_cfg = file.vehicle.veh_cfg(configuration)
     shape = file.vehicle.configurations[configuration]
     ids = {item.name: item.parameter_id(veh_cfg) for item in OF_HULL.values()}
@@ -230,12 +234,27 @@ def before_named(accepted: str, file: VehicleFile, configuration: str, leave: Le
         raise UsageError(f"--accepted {accepted}: {error}") from None
 
 
+def check_accepted(path: Path, vehicle: str, of: str, file: VehicleFile, configuration: str) -> None:
+    """Raise UsageError for a file that is of another vehicle than the dive, if it says of which, or another
+    configuration."""
+    theirs = (
+        ("vehicle", vehicle or file.vehicle.name, file.vehicle.name),
+        ("configuration", of, configuration),
+    )
+    for what, accepted, dived in theirs:
+        if accepted != dived:
+            raise UsageError(
+                f"--accepted {path}: is of {what} '{accepted}', the dive of '{dived}'; give what was accepted for "
+                "that one"
+            )
+
+
 def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Leave) -> Before:
     """Read a file of `identify` or of `diagnose --accept`, without ageing.
 
     A value that its identification doubts is not taken, unless `leave` lets it pass: its error would be reported as a
-    change of the vehicle. Raises UsageError for a file of another configuration, for a fit that did not converge though
-    none of its values is doubted, and for a file in which every value is doubted.
+    change of the vehicle. Raises UsageError for a file of another vehicle or configuration, for a fit that did not
+    converge though none of its values is doubted, and for a file in which every value is doubted.
     """
     read = accepted_in(path, 0.0, Leave(doubts=True))
     if not read.doubted:
@@ -243,11 +262,7 @@ def accepted_before(path: Path, file: VehicleFile, configuration: str, leave: Le
     # A diagnosis looks for changes of the hull's own model.
     hull = coefficients_of_hull(file.vehicle.configurations[configuration])
     priors = {name: prior for name, prior in read.priors.items() if name in hull}
-    if read.configuration != configuration:
-        raise UsageError(
-            f"--accepted {path}: is of configuration '{read.configuration}', the dive of '{configuration}'; give what "
-            "was accepted for that one"
-        )
+    check_accepted(path, read.vehicle, read.configuration, file, configuration)
     lines = doubt_lines(read.doubted, priors)
     if leave.doubts:
         return Before(priors, read.effects, tuple(f"Of what was accepted, {line}." for line in lines))

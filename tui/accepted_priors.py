@@ -24,8 +24,10 @@ weeks."""
 
 @dataclass(frozen=True)
 class Accepted:
-    """The content of an accepted file: how its fit ended, priors, reasons to doubt some of them, and effects."""
+    """The content of an accepted file: the vehicle that it is of ("" if it does not say), how its fit ended, priors,
+    reasons to doubt some of them, and effects."""
 
+    vehicle: str
     configuration: str
     outcome: str
     priors: dict[str, Prior]
@@ -67,7 +69,9 @@ def accepted_in(path: Path, widen: float | None, leave: Leave) -> Accepted:
     for name, (value, relative_std) in values.items():
         share = AGEING[OF_HULL[name].kind] if widen is None else widen
         priors[name] = prior(value, value * math.hypot(relative_std, share))
-    return Accepted(sidecar.configuration, sidecar.outcome, priors, sidecar.doubted, sidecar.effects)
+    return Accepted(
+        sidecar.vehicle, sidecar.configuration, sidecar.outcome, priors, sidecar.doubted, sidecar.effects
+    )
 
 
 def _identified(data: Mapping[str, Any]) -> dict[str, tuple[float, float]]:

@@ -277,7 +277,7 @@ class _Job:
         if not report.words:
             return self.sentence
         fitted = ", ".join(
-            f"{name} {value:.4g} ± {half:.2g}" for name, (value, half) in report.values.items()
+            f"{name} {number(value)} ± {number(half, 2)}" for name, (value, half) in report.values.items()
         )
         fitted = fitted or ("no value" if report.answered else "")
         return f"{self.prefix}{report.words}{': ' if fitted else ''}{fitted}"

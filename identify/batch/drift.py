@@ -234,11 +234,11 @@ def _dives_counted(rows: Sequence[Row], dated: Sequence[Row], masses: Series, da
     """For a configuration with too few dives for a trend: how many are dated, converged, give a mass or a damping."""
     dates, sound = sum(row.unix_s is not None for row in rows), sum(row.outcome in SOUND for row in rows)
     counts = (
-        f"A trend takes dives that have a date and converged: of the {len(rows)} identified in this configuration "
-        f"{dates} have a date, {sound} converged and {len(dated)} are both"
+        f"A trend takes dives that have a date and converged. Identified in this configuration: {len(rows)}, with a "
+        f"date {dates}, converged {sound}, both {len(dated)}"
     )
     if dated:
-        counts += f"; {len(masses.rows)} of these give a mass and {len(dampings.rows)} a damping"
+        counts += f"; of these {len(masses.rows)} with a mass and {len(dampings.rows)} with a damping"
         counts += " that no doubt is about" if any(row.doubted for row in rows) else ""
     times = [row.unix_s for row in dated if row.unix_s is not None]
     alike = len(times) > 1 and max(times) - min(times) <= ONE_MOMENT_S

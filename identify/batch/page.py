@@ -14,6 +14,7 @@ from identify.batch.dive_causes import EffectSize
 from identify.batch.drift import Drift, EffectDrift, Story, chance_words
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in
 from identify.batch.trend import Trend
+from identify.diagnose.words import causes as in_words
 from identify.report import cells
 from identify.report.cells import Cell, Form, Number, Quantity
 from identify.report.page import Figure, Report, Section, Table
@@ -23,7 +24,6 @@ from identify.words import (
     MISSING,
     decimals_for,
     decimals_of,
-    fixed,
     unit,
     unit_after,
     utc,
@@ -157,7 +157,14 @@ def batch_report(
     ]
     sections += [_dives(name, group, drifts[name]) for name, group in groups.items()]
     if failed:
-        sections.append(_failures(failed))
+        why = [(row, row.error) for row in failed]
+        sections.append(_failures("Dives that gave nothing", "The others count all the same.", why))
+    if undiagnosed := [
+        (row, row.causes.error) for row in rows if row.values and row.causes and row.causes.error
+    ]:
+        sections.append(
+            _failures("Dives that were not diagnosed", "Their values count all the same.", undiagnosed)
+        )
     if twins:
         sections.append(_twins(twins))
     if conditions:
@@ -229,7 +236,7 @@ def _dive_table(rows: Sequence[Row], drift: Drift, kind: Kind, caption: str) -> 
     names = [name for name in names_in(rows) if BY_NAME[name].kind == kind]
     lines = [
         (
-            utc(row.unix_s),
+            _date(row),
             *(_cell(row.values.get(name), doubt_mark(row, name, drift)) for name in names),
             row.outcome if drift.counts(row) else f"{row.outcome}: in no trend",
             row.dive,
@@ -253,7 +260,7 @@ def doubt_mark(row: Row, name: str, drift: Drift) -> str:
 def _doubts(rows: Sequence[Row]) -> Table:
     """Table of every doubt about values of these dives, in the words of the identification."""
     lines = [
-        (utc(row.unix_s), row.dive, ", ".join(about), doubt.sentence)
+        (_date(row), row.dive, ", ".join(about), doubt.sentence)
         for row in rows
         for doubt in row.doubts
         if (about := [name for name in names_in([row]) if name in doubt.about])
@@ -301,9 +308,13 @@ def _panel(name: str, rows: Sequence[Row], drift: Drift, span: tuple[float, floa
     return panel(title, points, words, drift.trends.get(name), name in drift.real, span)
 
 
-def _failures(rows: Sequence[Row]) -> Section:
-    table = Table(("Dive", "Date, UTC", "Why"), tuple((row.dive, utc(row.unix_s), row.error) for row in rows))
-    return Section("Dives that gave nothing", "The others count all the same.", (table,))
+def _failures(heading: str, text: str, why: Sequence[tuple[Row, str]]) -> Section:
+    table = Table(("Dive", "Date, UTC", "Why"), tuple((row.dive, _date(row), reason) for row, reason in why))
+    return Section(heading, text, (table,))
+
+
+def _date(row: Row) -> str:
+    return MISSING if row.unix_s is None else utc(row.unix_s)
 
 
 def _twins(twins: Sequence[tuple[str, str, str]]) -> Section:
@@ -334,16 +345,16 @@ def causes_section(configuration: str, rows: Sequence[Row], drifts: Sequence[Eff
 
 def cause_words(item: EffectSize) -> str:
     """`weak thruster 3, 97 % probable: gain 0.83 (0.80 to 0.86)`, with its rivals."""
-    alike = f" (or {', '.join(item.also)})" if item.also else ""
+    alike = f" (or {', '.join(map(in_words.words, item.also))})" if item.also else ""
     possible = "" if item.named else "possible: "
-    return f"{possible}{item.words}{alike}, {fixed(100 * item.probability, 0)} % probable: {item.size_words}"
+    return f"{possible}{item.words}{alike}, {in_words.percent_bounded(item.probability)} probable: {item.size_words}"
 
 
 def _table_of_causes(rows: Sequence[Row]) -> Table:
     lines = [
         (
-            utc(row.unix_s),
-            row.causes.verdict,
+            _date(row),
+            in_words.words(row.causes.verdict),
             "; ".join(cause_words(item) for item in row.causes.found) or MISSING,
             row.dive,
         )

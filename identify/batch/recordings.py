@@ -124,9 +124,10 @@ def _paths(word: str) -> list[Path]:
         recordings = [recording for p in places for recording in ([p] if p.is_file() else _in_folder(p))]
         nothing = "no such file or folder; check the name"
     if not recordings and (mapped := _mapped_in(path)):
+        what = "1 recording that needs" if len(mapped) == 1 else f"{len(mapped)} recordings that need"
         raise LogError(
-            f"{word}: holds {len(mapped)} recordings that need a column map, as {mapped[0].name}, and a folder's other "
-            f"tables are no dives; name those that are, as '{path / '*'}{mapped[0].suffix}', beside --columns"
+            f"{word}: holds {what} a column map, as {mapped[0].name}, and a folder's other tables are no dives; name "
+            f"those that are, as '{path / '*'}{mapped[0].suffix}', beside --columns"
         )
     if not recordings:
         raise LogError(f"{word}: {nothing}")

@@ -160,8 +160,9 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
         values = {name: float(listed[name]["value"]) for name in order if (listed[name]["value"] or 0.0) > 0}
         doubted = _doubted(identified, order)
     except (KeyError, TypeError, ValueError, AttributeError) as error:
+        why = f"it lacks {error}" if isinstance(error, KeyError) else error
         raise ConfigError(
-            f"{source}: not an identification as seatrial identify --json writes it ({error}); give one, or the dive"
+            f"{source}: not an identification as seatrial identify --json writes it ({why}); give one, or the dive"
         ) from None
     if of_vehicle != file.vehicle.name:
         raise ConfigError(
@@ -191,9 +192,10 @@ def after(identified: Mapping[str, Any], file: VehicleFile, configuration: str, 
     left = [name for name in NAMES if name not in values]
     sentences = [f"Starts from {source}, which ended as '{outcome}'."]
     if left:
+        are = "its value is" if len(left) == 1 else "their values are"
         sentences.append(
-            f"It tells little or nothing of {', '.join(left)}: their values are the vehicle file's or, where that has "
-            f"none, {MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
+            f"It tells little or nothing of {', '.join(left)}: {are} the vehicle file's or, where that has none, "
+            f"{MASS_RATIO:g} (mass) and {DAMPING_RATIO:g} (damping) times the rigid body's own."
         )
     noise = tuple(_noise_of(dof, nuisance, typical, file) for dof, typical in enumerate(first.noise))
     guessed = first.guessed - firm

@@ -5,7 +5,13 @@ from typing import Any, Final
 import numpy as np
 
 from identify.diagnose.result import Phase, plain_effect
-from identify.diagnose.words.causes import cause_sentence, name_of, shown_parameters, value_words
+from identify.diagnose.words.causes import (
+    alike_sentence,
+    cause_sentence,
+    name_of,
+    shown_parameters,
+    value_words,
+)
 from identify.repeats.judge import Judged
 from identify.repeats.marks import DEPTH, MARKS, UNITS
 from identify.words import capital, listed, significant
@@ -25,7 +31,7 @@ def plain(judged: Judged) -> dict[str, Any]:
     mean of so many runs, and its force is the mean that the accepted runs do not have."""
     square = judged.off**2
     finding = judged.finding
-    separation = None if finding is None else finding.cause.effect.separation
+    separation = finding.cause.effect.separation if finding is not None and finding.is_ambiguous else None
     return {
         "verdict": judged.verdict,
         "gap": {
@@ -47,7 +53,7 @@ def plain(judged: Judged) -> dict[str, Any]:
         else {
             "manoeuvre": "; ".join(separation.manoeuvres) or None,
             "sensor": "; ".join(separation.sensors) or None,
-            "splits": [] if finding is None else [finding.name, *finding.also],
+            "splits": [finding.name, *finding.also] if finding is not None and finding.also else [],
         },
     }
 
@@ -66,5 +72,8 @@ def sentences(judged: Judged) -> tuple[str, ...]:
         something = f"Something is there that no candidate explains, in {listed(judged.left)}."
         return (something if judged.left else nothing, marks)
     values = "; ".join(value_words(name, value) for name, value in shown_parameters(finding).items())
+    whole = "part of the gap" if judged.left else "the gap"
     left = (f"It leaves something in {listed(judged.left)}.",) if judged.left else ()
-    return (f"{capital(name_of(finding))} explains the gap: {values}.", cause_sentence(finding), *left, marks)
+    doubt = (alike_sentence(finding),) if finding.is_ambiguous else ()
+    explains = f"{capital(name_of(finding))} explains {whole}: {values}."
+    return (explains, cause_sentence(finding), *doubt, *left, marks)

@@ -20,7 +20,7 @@ from identify.report import picture, traces
 from identify.report.cells import NONE, Cell, Quantity, duration, to_csv
 from identify.report.plot import DARK, LIGHT, Draw
 from identify.report.traces import Traces
-from identify.words import MISSING, safe, unbroken
+from identify.words import MISSING, raised, safe, unbroken
 
 
 def _variables(colours: dict[str, str]) -> str:
@@ -125,7 +125,7 @@ class Table:
     @property
     def shown(self) -> tuple[tuple[str, ...], ...]:
         """The cells as the page shows them."""
-        return tuple(tuple(map(str, row)) for row in self.rows)
+        return tuple(tuple(raised(str(cell)) for cell in row) for row in self.rows)
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from identify.report.plot import REFERENCE, Group, Line, Panel, grouped, lines_p
 from identify.report.traces import MODES, Traces
 from identify.run.validate import Run, Validation, verdict
 from identify.validation.against_forecast import verdict_of
-from identify.validation.raising import MARKS, Raising
+from identify.validation.raising import BASELINE, MARKS, Raising
 from identify.validation.tracking import (
     CUTOFF_HZ,
     LEAST_SPEED,
@@ -79,9 +79,12 @@ def validation_report(validation: Validation) -> Report:
     axes = [_axis(dof, dives, errors, lever_m) for dof in _moved(errors)]
     judgements = tuple((raising.go, f"{label}: {raising.sentence}") for label, raising in judged.items())
     said = [f"{run.label}: {' '.join(words)}" for run in runs if (words := _said_first(run))]
+    baselines = "\n\n".join(f"{run.label}: {BASELINE}" for run in runs if run.is_baseline)
     notes = "\n\n".join(f"{label}: {note}" for label, dive in dives.items() for note in dive.notes)
     sections = (
-        Section("May the feed-forward be raised?", judged=judgements) if judgements else None,
+        Section("May the feed-forward be raised?", baselines, judged=judgements)
+        if judgements or baselines
+        else None,
         _whole(errors),
         *axes,
         _criteria(judged),
@@ -156,7 +159,7 @@ def _axis(
 
 def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Traces, ...]:
     """All dives overlaid on a common scale, each from the first motion of its reference; nothing for an axis without
-    any."""
+    any, and no panel of what is zero throughout, as the feed-forward of a baseline."""
     moving_s = {label: span_s for label, dive in dives.items() if (span_s := _moving_s(dof, dive))}
     if not moving_s:
         return ()
@@ -196,7 +199,7 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
             (*begun_s, "reference"),
             time_s,
             np.zeros(len(time_s), dtype=np.intp),
-            tuple((title, curves) for title, curves in panels if np.isfinite(curves).any()),
+            tuple((title, curves) for title, curves in panels if np.nan_to_num(curves).any()),
             (*modes, "reference"),
         ),
     )
@@ -315,7 +318,7 @@ def _speed_table(axis: str, errors: Mapping[str, TrackingErrors]) -> Table:
     ]
     caption = (
         f"How much faster (+) or slower (-) than asked the vehicle went on average in {axis} while it held a speed, "
-        f"{unit}, with the standard error of that mean over the runs at this speed."
+        f"{unit}, ± one standard error of that mean over the runs at this speed, not half of a 95 % interval."
     )
     return Table((f"{axis.capitalize()} speed, {unit}", *errors), tuple(rows), caption)
 
@@ -351,7 +354,9 @@ def _panels(dof: int, dive: Dive, reference: Signal, lever_m: Vector3) -> list[P
         speeds.insert(0, signal_line(measured, 0, start_s, "measured"))
     sources = (("PID", 3, dive.tau_pid), ("feed-forward", 2, dive.tau_ff))
     wrenches = [
-        signal_line(s, dof, start_s, word, style) for word, style, s in sources if s is not None and len(s)
+        signal_line(s, dof, start_s, word, style)
+        for word, style, s in sources
+        if s is not None and np.nan_to_num(s.value[:, dof]).any()
     ]
     panels = [time_panel(speed, dive, speeds)]
     if error := error_line(dof, dive, lever_m):

@@ -64,6 +64,11 @@ class Run:
         """Whether any axis has an error."""
         return any(math.isfinite(axis.overall) for axis in self.errors.axes)
 
+    @property
+    def is_baseline(self) -> bool:
+        """Whether nothing was fed forward in it, so that nothing is judged."""
+        return self.raising is None and self.mode == Mode.OFF.word and self.compared
+
 
 @dataclass(frozen=True)
 class Validation:
@@ -200,8 +205,9 @@ def _made_up(
 
 def verdict(errors: Mapping[str, TrackingErrors]) -> str:
     """Which mode errs least, axis by axis, by its mean absolute error while it is asked to move, and by how much less
-    than the first of the others. A mode is named again only where it is another: names are long."""
-    axes_by_mode: dict[str, list[str]] = {}
+    than the first of the others; apart from these, the errors in axes that one mode alone tells. A mode is named again
+    only where it is another: names are long."""
+    axes_by_mode: dict[tuple[str, bool], list[str]] = {}
     named: dict[str, str] = {}
     for dof in TRACKED_DOFS:
         axis_errors = {
@@ -214,14 +220,14 @@ def verdict(errors: Mapping[str, TrackingErrors]) -> str:
             name = f"'{other}'" if other != named.get(best) else ""
             less = f" ({_less(known[best], known[other], name)})" if other else ""
             named[best] = other
-            axes_by_mode.setdefault(best, []).append(
+            axes_by_mode.setdefault((best, bool(other)), []).append(
                 f"{DOFS[dof]} {speed(known[best], axis_errors[best].unit)}{less}"
             )
     if not axes_by_mode:
         return "No dive has a reference that moves and a measured speed beside it: nothing to compare."
-    least = " least" if len(errors) > 1 else ""
     return " ".join(
-        f"'{best}' errs{least}, mean absolute: {', '.join(axes)}." for best, axes in axes_by_mode.items()
+        f"'{best}' errs{' least' if compared else ''}, mean absolute: {', '.join(axes)}."
+        for (best, compared), axes in axes_by_mode.items()
     )
 
 

@@ -155,8 +155,9 @@ def is_alike(speed: float, other: float) -> bool:
 
 
 def held_against(errors: Sequence["WholeError"], rows: Sequence[ForecastRow], mode: Mode) -> tuple[Held, ...]:
-    """The errors of a dive flown in a mode, compared with those foretold for it."""
-    by_axis, sea = {error.axis: error for error in errors}, sea_of(errors)
+    """The errors of a dive flown in a mode, compared with those foretold for it; not those that it does not tell."""
+    by_axis = {error.axis: error for error in errors if math.isfinite(error.rms)}
+    sea = sea_of(errors)
     return tuple(
         _held(row, by_axis[row.axis], sea.get(row.axis, 0.0))
         for row in rows

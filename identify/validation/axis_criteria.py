@@ -21,6 +21,7 @@ from identify.validation.tracking import (
     phases,
     tracking_errors,
 )
+from identify.words import significant
 
 OF_THE_TIME: Final = 0.99
 RATE_HZ: Final = 10.0
@@ -147,8 +148,10 @@ def _beside_pid(
 
 def _size(name: str, fed: float, seen: float, error: float, unit: str) -> Criterion:
     low, middle, high = (fed / max(value, 1e-9) for value in (seen + 1.96 * error, seen, seen - 1.96 * error))
-    shown = f"{fed:.3g} {unit} fed, PID {seen:.3g} ± {1.96 * error:.2g}: "
-    words = f"{shown}×{middle:.2f} ({SIZES[0]:.2f} to {SIZES[1]:.2f})"
+    shown = f"{significant(fed)} {unit} fed, PID {significant(seen)} ± {significant(1.96 * error, 2)}: "
+    # A quantity of the other sign has no ratio to the fed one.
+    ratio = f"×{middle:.2f}" if seen > 0 else "of the other sign"
+    words = f"{shown}{ratio} ({SIZES[0]:.2f} to {SIZES[1]:.2f})"
     if high < SIZES[0] or low > SIZES[1]:
         return _judged(name, False, words)
     if not (SIZES[0] <= middle <= SIZES[1] and FLOWN[0] <= low and high <= FLOWN[1]):

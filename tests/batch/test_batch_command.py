@@ -11,6 +11,7 @@ import sketches
 from dask_cluster import cluster
 
 from bridge import exit_codes
+from bridge.clock import SimulatedClock
 from bridge.simulator.dive import simulate_dive
 from bridge.simulator.missions import rest, run
 from bridge.vehicle.config import Prior
@@ -18,6 +19,7 @@ from bridge.vehicle.legs import Mission
 from bridge.wire.framing import Framer
 from bridge.wire.tlog import TlogWriter
 from identify.batch.dive_jobs import identify
+from identify.batch.run import Standing
 from tui import cli
 from tui.commands import batch
 
@@ -193,3 +195,10 @@ def test_json_csv_and_page_are_written_though_the_reader_of_the_tables_has_left(
     monkeypatch.setattr(batch, "tell", left)
     command(dives, out, "--json", out / "all.json", "--csv", out / "all.csv")
     assert {path.name for path in out.iterdir()} >= {"all.json", "all.csv", "trends.html"}
+
+
+@pytest.mark.parametrize(("total", "of"), [(1, "0 of 1 dive, 0 failed"), (2, "0 of 2 dives, 0 failed")])
+def test_a_single_dive_under_way_is_spoken_of_as_one(total, of):
+    said = []
+    batch.teller(lambda _share, words: said.append(words), SimulatedClock())(Standing(total, 0, 0, 0))
+    assert said == [of]

@@ -94,10 +94,12 @@ def test_errors_that_mass_and_damping_share_fall_out_of_their_ratio():
 
 
 def test_two_dives_or_none_that_is_dated_are_too_few():
-    assert drift_of(dives(count=2)).sentence == (
-        f"{Story.TOO_FEW.value}. A trend takes dives that have a date and converged: of the 2 identified in this "
-        "configuration 2 have a date, 2 converged and 2 are both; 2 of these give a mass and 2 a damping."
-    )
+    for count in (1, 2):
+        assert drift_of(dives(count=2)[:count]).sentence == (
+            f"{Story.TOO_FEW.value}. A trend takes dives that have a date and converged. Identified in this "
+            f"configuration: {count}, with a date {count}, converged {count}, both {count}; of these {count} with a "
+            f"mass and {count} with a damping."
+        )
     undated = [replace(row, unix_s=None) for row in dives()]
     assert drift_of(undated).story is Story.TOO_FEW
 

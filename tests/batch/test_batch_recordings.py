@@ -134,8 +134,12 @@ def test_recordings_of_one_name_are_called_by_as_many_of_their_folders_as_tell_t
 
 
 def test_a_folder_of_tables_says_how_to_name_them(tmp_path):
-    for name in ("b.csv", "a.csv"):
-        (tmp_path / name).write_text("time,u")
+    (tmp_path / "b.csv").write_text("time,u")
+    with pytest.raises(
+        LogError, match=r"holds 1 recording that needs a column map, as b\.csv, and a folder's"
+    ):
+        find_recordings([str(tmp_path)])
+    (tmp_path / "a.csv").write_text("time,u")
     with pytest.raises(
         LogError,
         match=r"holds 2 recordings that need a column map, as a\.csv, and a folder's other tables are no dives; name",

@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+import re
 from dataclasses import replace
 
 import pytest
@@ -12,7 +13,7 @@ from bridge import exit_codes
 from identify.batch.dive_causes import DiveCauses, EffectSize, Size
 from identify.batch.drift import drift_of, effect_drifts
 from identify.batch.jobs import Result
-from identify.batch.page import batch_report
+from identify.batch.page import batch_report, cause_words
 from identify.batch.rows import diagnosed, rows_of, to_csv, to_json
 from identify.challenge.case import dive_of, draw_case
 from identify.challenge.tlog import tlog_of
@@ -128,7 +129,7 @@ def test_a_diagnosis_joins_the_row_of_its_recording_and_dates_it():
 def test_table_csv_and_json_tell_verdict_and_causes_by_dive():
     made = rows()
     lines = causes_table(made).rows
-    assert lines[0][2:] == ("no_gap", "-")
+    assert lines[0][2:] == ("no gap", "-")
     assert lines[1][2:] == (
         "explained", "weak thruster 3 (or fouling), 97 % probable: gain 0.970 (0.950 to 0.990)",
     )  # fmt: skip
@@ -153,6 +154,31 @@ def test_the_page_leads_with_the_drift_and_has_its_table():
     assert "Causes in configuration only" in html
     assert "gain 0.880 (0.860 to 0.900)" in html
     assert "How the sizes of effects drift" in html
+
+
+def test_the_page_says_of_a_cause_what_its_diagnosis_does_in_words_and_never_that_it_is_certain():
+    item = replace(
+        dive(7, 0.9).found[0], probability=0.9999, also=("weak_thruster of thruster 4", "steady_current")
+    )
+    assert cause_words(item).startswith(
+        "weak thruster 3 (or weak thruster of thruster 4, steady current), over 99 % probable: gain 0.900 "
+    )
+
+
+@pytest.mark.usefixtures("sketched")
+def test_the_page_names_a_dive_that_was_identified_and_not_diagnosed_and_why():
+    made = [
+        *rows(),
+        replace(dives(count=7)[-1], unix_s=None, causes=DiveCauses(error="changed while it ran")),
+    ]
+    html = render_report(
+        batch_report("ruvifist", "likelihood", made, (), {"only": drift_of(made)}, effects_of(made))
+    )
+    part = html[html.index(">Dives that were not diagnosed</h2>") :].partition("</section>")[0]
+    assert re.findall(r"<td[^>]*>(.*?)</td>", part) == [
+        "2026-03-09 02:40", "is too short", "—", "changed while it ran"
+    ]  # fmt: skip
+    assert "no_gap" not in html
 
 
 SEED, SECONDS, WEEK_S = 100_021, 90.0, 7 * DAY_S

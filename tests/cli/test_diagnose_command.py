@@ -21,6 +21,7 @@ from identify.challenge.case import check_of, dive_of, draw_case
 from identify.challenge.tlog import tlog_of
 from identify.diagnose.causes.candidates import Cause
 from identify.diagnose.result import Accepted, Diagnosis, Finding, Gain, Gap, Share, Value
+from identify.diagnose.shrink.shrunk import Shrink
 from identify.diagnose.simulators import comparison as compared_by
 from identify.dive import Dive
 from identify.effects.hydrodynamics import DRAG_ASYMMETRY, QUADRATIC_DRAG
@@ -31,7 +32,7 @@ from identify.run.diagnose import Before, effects_without
 from identify.validation.forecast import Forecast
 from tui import cli
 from tui.accept_diagnosis import _sends, accept
-from tui.commands.diagnose import tell_diagnosis
+from tui.commands.diagnose import is_for_upload, tell_diagnosis
 
 DRAG = Finding(Cause(QUADRATIC_DRAG, QUADRATIC_DRAG.start()), (), {}, 0.95, {}, 50.0, Gain(0.0234, 0.0051))
 D_U = {"D_u": Value(10.0, "N s/m", 9.0, 11.0)}
@@ -50,6 +51,22 @@ def printed(result):
     text = StringIO()
     tell_diagnosis(Console(file=text, width=1000), result)
     return text.getvalue()
+
+
+@pytest.mark.parametrize(
+    ("other", "offered"),
+    [
+        ({}, True),
+        ({"first": ("The motion does not go the way the thrust pushes.",)}, False),
+        ({"check": Shrink(3.0, 2.8, 0.11, 0.0, 0.2)}, False),
+        ({"check": Shrink(3.0, 1.3, 0.9, 0.8, 1.0)}, True),
+    ],
+    ids=["sound", "mounted otherwise", "contradicted", "borne out"],
+)
+def test_an_upload_is_offered_only_where_the_diagnosis_does_not_advise_against_it(other, offered):
+    found = Accepted(D_U, (AcceptedEffect("quadratic_drag", "quadratic drag", {"X_uu": 9.0}),), ())
+    foretold = Shrink(3.0, 1.0, 0.98, 0.95, 1.0)
+    assert is_for_upload(diagnosis(DRAG, accepted=found, heldout=foretold, **other)) is offered
 
 
 def test_where_the_gap_lies_is_printed():

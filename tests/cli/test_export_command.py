@@ -17,6 +17,7 @@ from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.parameters import vehicle_table
 from gcs_plugin.params.sidecar import read_sidecar, write_sidecar
 from identify.diagnose.result import Accepted, Value
+from identify.diagnose.shrink.shrunk import Shrink
 from identify.dive import Dive
 from identify.doubt import Doubt, Outcome
 from tui import cli
@@ -195,13 +196,14 @@ WAVES = AcceptedEffect("waves", "waves", {"force_amplitude": 1.0})
 LEGS = "name: short\nlegs:\n  - {name: ahead, phase: acceleration, duration_s: 3, surge_m_s: 0.3, transient_s: 3}\n"
 
 
-def written(tmp_path, verdict="explained", doubts=(), dive=None, first=()):
+def written(tmp_path, verdict="explained", doubts=(), dive=None, first=(), heldout=None, check=None):
     """The file, and the output."""
     values = {name: Value(value, "", value - 0.1, value + 0.1) for name, value in VALUES.items()}
     accepted = Accepted(values, (DRAG, WEAK, WAVES), ("Waves are the water's.",), doubts)
     simple_namespace = SimpleNamespace(
-        accepted=accepted, findings=(), configuration="hovering", verdict=verdict, first=first, hull=None
-    )
+        accepted=accepted, findings=(), configuration="hovering", verdict=verdict, first=first, hull=None,
+        heldout=heldout, check=check,
+    )  # fmt: skip
     path = tmp_path / "out.param"
     return path, accept(path, simple_namespace, dive or Dive("planted", tmp_path, "ab" * 32), FILE)
 
@@ -209,6 +211,21 @@ def written(tmp_path, verdict="explained", doubts=(), dive=None, first=()):
 @pytest.fixture
 def param(tmp_path):
     return written(tmp_path)[0]
+
+
+@pytest.mark.parametrize(("closes", "outcome"), [(0.11, Outcome.DISAGREES), (0.9, Outcome.CONVERGED)])
+def test_a_model_that_the_check_dive_does_not_bear_out_is_sent_to_no_vehicle_without_being_asked_for(
+    tmp_path, closes, outcome
+):
+    """The diagnosis says of such causes to send nothing of them to the vehicle."""
+    foretold, measured = (
+        Shrink(3.0, 1.0, 0.98, 0.95, 1.0),
+        Shrink(3.0, 2.8, closes, closes - 0.1, closes + 0.09),
+    )
+    path, sentences = written(tmp_path, heldout=foretold, check=measured)
+    assert read_sidecar(path).outcome == outcome.value
+    asked = sentences[-1].endswith("with --despite-doubts, because the check dive does not bear it out")
+    assert asked is (outcome is Outcome.DISAGREES)
 
 
 def test_what_can_not_be_made_up_for_is_told_and_how_to_send_the_rest(tmp_path):
@@ -267,6 +284,14 @@ def test_a_later_diagnosis_takes_values_and_effects_from_it(param):
     assert "X_uu" not in accepted_in(param, 0.0, Leave()).priors, "the drag is one of its effects"
     with pytest.raises(UsageError, match="is of configuration 'hovering', the dive of 'survey'"):
         accepted_before(param, FILE, "survey", Leave())
+
+
+def test_a_later_diagnosis_takes_nothing_of_another_vehicle_and_of_its_effects(param):
+    other = replace(FILE, vehicle=replace(FILE.vehicle, name="another"))
+    with pytest.raises(
+        UsageError, match="is of vehicle 'ruvifist', the dive of 'another'; give what was accepted"
+    ):
+        accepted_before(param, other, "hovering", Leave())
 
 
 def test_a_later_diagnosis_does_not_hold_a_doubted_value_against_its_dive_and_says_so(param):

@@ -55,6 +55,19 @@ def test_a_named_file_that_foretells_nothing_is_refused(tmp_path, about):
         foretellings(path, tmp_path, FILE)
 
 
+@pytest.mark.parametrize(
+    "file",
+    [replace(FILE, vehicle=replace(FILE.vehicle, name="another")), replace(FILE, configuration="survey")],
+    ids=["vehicle", "configuration"],
+)
+def test_a_named_file_of_another_vehicle_or_configuration_is_refused_rather_than_passed_over(tmp_path, file):
+    path = kept(tmp_path / "mended.param", ABOUT)
+    with pytest.raises(
+        UsageError, match="is of vehicle 'ruvifist', configuration 'hovering', so it foretells nothing"
+    ):
+        foretellings(path, tmp_path, file)
+
+
 def test_a_named_file_that_is_not_there_is_said_so(tmp_path):
     with pytest.raises(UsageError, match=r"--foretold .*mended\.param: no such file; check the name"):
         foretellings(str(tmp_path / "mended.param"), tmp_path, FILE)

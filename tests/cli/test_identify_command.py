@@ -226,7 +226,7 @@ def test_a_dive_without_velocity_says_what_can_not_be_identified(capsys):
     code = cli.main(["identify", str(ARDUSUB), "--vehicle", "bluerov2_heavy"])
     assert code == exit_codes.NO
     shown = capsys.readouterr().out
-    assert "No velocity is recorded" in shown
+    assert "There is no velocity to go by" in shown
     assert "no, see" not in shown
 
 

@@ -125,7 +125,7 @@ def test_of_several_things_each_tells_its_tenths_and_its_end_in_lines_of_its_own
             clock.advance_to(2.0 * number)
             progress(Step("one", number / 10, f"step {number}"))
             progress(Step("two", number / 20, ""))
-        progress(Step("two", 1.0, "converged", {"M_u": (110.53, 3.14)}, True))
+        progress(Step("two", 1.0, "converged", {"M_u": (110.53, 3.14), "D_v": (12340.0, 350.0)}, True))
         progress(Step("two", 1.0, "converged"))
     assert capsys.readouterr().err.splitlines() == [
         "one: step 3 (30%)",
@@ -135,7 +135,7 @@ def test_of_several_things_each_tells_its_tenths_and_its_end_in_lines_of_its_own
         "one: step 9 (90%)",
         "two: dive (45%)",
         "one: step 10 (100%)",
-        "two: converged: M_u 110.5 ± 3.1 (100%)",
+        "two: converged: M_u 110.5 ± 3.1, D_v 12340 ± 350 (100%)",
     ]
 
 

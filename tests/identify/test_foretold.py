@@ -58,6 +58,11 @@ def test_a_third_more_is_as_foretold_and_twice_is_not(flown, kept, name):
     )
 
 
+def test_an_axis_whose_error_the_dive_does_not_tell_is_not_held_against_what_was_foretold():
+    """As that of a DVL that lost the bottom as long as the vehicle moved."""
+    assert held_against([error(math.nan, asked=math.nan)], [SURGE], Mode.BOTH) == ()
+
+
 def test_errors_that_are_small_in_any_sea_contradict_nothing():
     small = replace(SURGE, after=0.0015)
     assert held_against([error(0.0049)], [small], Mode.BOTH)[0].kept is None

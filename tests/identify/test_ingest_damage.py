@@ -260,7 +260,7 @@ def test_what_a_recording_lacks_is_said(tmp_path: Path) -> None:
         stamped.append((k / 2, 1, 1, servos(k * 500_000, [1500, 1600])))
         stamped.append((k / 2, 1, 1, attitude(k / 2, 0.0)))
     notes = " ".join(read_dive(write(tmp_path / "a.tlog", recording(stamped))).notes)
-    assert "No velocity is recorded: mass and damping in surge, sway and heave" in notes
+    assert "There is no velocity to go by: mass and damping in surge, sway and heave" in notes
     assert "Thruster commands come at 2.0 Hz" in notes
 
 

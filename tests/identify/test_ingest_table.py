@@ -206,7 +206,7 @@ def test_bolt_tables_are_read_and_what_they_lack_is_said(name: str) -> None:
     dive = read_dive(shared("data", "bolt_auv", name), Path("bolt"))
     assert dive.pwm.value.shape[1] == 8
     notes = " ".join(dive.notes)
-    assert "No velocity is recorded" in notes
+    assert "There is no velocity to go by" in notes
     assert "roll, pitch and yaw are identified by the attitude alone" in notes
 
 

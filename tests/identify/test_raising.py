@@ -128,8 +128,16 @@ def test_the_pids_force_shows_mass_and_damping_as_they_are():
     words = {criterion.quantity: criterion.words for criterion in judged(flown(Mode.SHADOW)).criteria}
     # The lever arm of the DVL turns a yaw rate into a little sway, and the filter rounds the corners: three digits.
     assert words["surge mass"].startswith("100 kg fed, PID 100 ±")
-    assert words["surge damping"].startswith("50 N/(m/s) fed, PID 50 ±")
-    assert words["yaw damping"].startswith("26 N m/(rad/s) fed, PID 26 ±")
+    assert words["surge damping"].startswith("50.0 N/(m/s) fed, PID 50.0 ±")
+    assert words["yaw damping"].startswith("26.0 N m/(rad/s) fed, PID 26.0 ±")
+
+
+def test_the_mass_of_a_heavy_vehicle_is_written_out():
+    dive = flown(Mode.SHADOW)
+    heavy = [Signal(tau.time_s, 120.0 * tau.value) for tau in (dive.tau_pid, dive.tau_ff)]
+    of_it = under(replace(dive, tau_ff=heavy[1]), heavy[0].value)
+    words = {criterion.quantity: criterion.words for criterion in judged(of_it).criteria}
+    assert words["surge mass"].startswith("12000 kg fed, PID 12000 ± ")
 
 
 @pytest.mark.parametrize("factor", [0.5, 2.0])
@@ -139,6 +147,16 @@ def test_a_mass_or_damping_of_half_or_twice_is_named_and_is_no_go(term, factor):
     assert failed(raising) == [f"{axis} {term}" for axis in ("surge", "sway", "yaw")]
     named = ", ".join(failed(raising))
     assert raising.sentence.startswith(f"NO-GO, don't raise it: {named}. Identify from")
+
+
+def test_a_damping_that_the_pid_shows_with_the_other_sign_is_no_go_and_has_no_ratio():
+    dive = flown(Mode.SHADOW)
+    pid = dive.tau_pid.value.copy()
+    pid[:, 0] -= 2 * 50.0 * dive.velocity.value[:, 0]
+    (words,) = (c.words for c in judged(under(dive, pid)).criteria if c.quantity == "surge damping")
+    assert "surge damping" in failed(judged(under(dive, pid)))
+    assert words.startswith("50.0 N/(m/s) fed, PID −50.0 ± ")
+    assert words.endswith(": of the other sign (0.71 to 1.41)")
 
 
 def test_a_dive_at_rest_or_without_its_feed_forward_is_no_go():

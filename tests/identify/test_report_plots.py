@@ -9,6 +9,7 @@ from PIL import Image
 
 from identify.dive import Dive, Signal
 from identify.report.figures import broken_at_gaps, track
+from identify.report.page import Report, Section, Table, render_report
 from identify.report.picture import inline, write_files
 from identify.report.plot import DARK, LIGHT, STYLES, Line, lines_panel, stack
 from identify.words import count, fixed, seconds, significant, unit, with_interval
@@ -169,6 +170,18 @@ def test_numbers_read_well():
         "kg/m³",
         "N m/(rad/s)",
     ]
+
+
+def test_a_unit_in_a_sentence_or_in_words_of_a_table_is_written_as_in_its_column():
+    """Sentences come as a terminal shows them; names of dives, files and coefficients stay as they are."""
+    said = "N_rdot is I_r less the rigid body's 14 kg m2, at 1025 kg/m3, of run 3 m2 and X_uu 2.1 N s2/m2."
+    raised = "N_rdot is I_r less the rigid body's 14 kg m², at 1025 kg/m³, of run 3 m2 and X_uu 2.1 N s²/m²."
+    table = Table(("Name", "Meaning"), (("I_r", said),))
+    assert table.shown == (("I_r", raised),)
+    html = render_report(Report("t", "", said, (Section("s", said, (table,)),)))
+    for place in ('class="verdict">', "</h2>\n<p>", 'data-label="Meaning">'):
+        shown = html.partition(place)[2].partition("</")[0].replace("\N{NO-BREAK SPACE}", " ")
+        assert shown == raised.replace("'", "&#x27;")
 
 
 def circling(samples):

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 from turning_vehicle import readings, table, usual
 
+from identify.checks.readings.missing_signals import missing_signals
 from identify.checks.readings.still_gyro import without_still_gyro
 from identify.dive import Dive, Signal
 from identify.ingest.mapping.proposal_of_runs import propose
@@ -33,8 +34,19 @@ def test_a_gyro_of_a_ten_millionth_of_the_turning_is_left_out_and_told_whatever_
         left = without_still_gyro(with_gyro_times(DIVE, 1e-7, bias_rad_s))
         assert left.gyro is None
         (note,) = left.notes
-        assert "while the attitude turns" in note
+        assert note.startswith(
+            "The gyro's rates change by less than 0.00001 rad/s, as no gyro's do, while the attitude"
+        )
         assert "they are left out" in note
+
+
+def test_of_a_gyro_that_was_left_out_nothing_says_that_it_was_not_recorded():
+    (of_rates,) = (
+        note for note in missing_signals(without_still_gyro(with_gyro_times(DIVE, 1e-7))) if "rate" in note
+    )
+    assert of_rates.startswith(
+        "There is no rate of turn to go by: inertias and dampings in roll, pitch and yaw are "
+    )
 
 
 def test_rates_in_another_unit_are_no_still_gyro():

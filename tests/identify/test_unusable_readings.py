@@ -17,7 +17,8 @@ from bridge.vehicle.config import CONFIGS
 from bridge.vehicle.thrusters import thrust_curve
 from identify.challenge.tlog import tlog_of
 from identify.checks.actuation.controller import frozen_doubts
-from identify.checks.fit.loud_noise import loud, loud_doubts, loud_note
+from identify.checks.fit.loud_noise import Loud, loud, loud_doubts, loud_note
+from identify.checks.fit.missing_forces import why_not_identifiable
 from identify.checks.readings.copies import without_copies
 from identify.checks.readings.frozen import without_frozen
 from identify.checks.readings.impossible import without_impossible, without_repeated
@@ -541,6 +542,20 @@ def test_noise_above_a_fifth_of_the_signal_that_the_readings_do_not_show_makes_d
     for part in ("In surge", "the DVL", f"{axis.noise:.3g} mm/s", f"{axis.signal:.3g} mm/s", "check"):
         assert part in doubt.sentence
     assert loud_note([axis]) == ()
+
+
+def test_noise_and_signal_of_fast_motion_are_written_out():
+    fast = Loud(0, "the DVL", 1234.0, 2346.0, "mm/s", inflated=True, pushed=True)
+    assert (
+        "the fit takes 1230 mm/s of what the DVL reads for noise, of 2350 mm/s in all" in fast.doubt.sentence
+    )
+    (note,) = loud_note([replace(fast, noise=31.4, signal=123.0, inflated=False)])
+    assert "(the DVL, 31 of 120 mm/s)" in note
+
+
+def test_a_value_by_which_a_missing_force_would_change_another_is_written_out():
+    reason = why_not_identifiable("D_v", "sway", 1.0, 1.0, 10820.0, "a drag")
+    assert reason == "the model lacks a drag: with that D_v would be 29400"
 
 
 def test_an_axis_that_hardly_moves_is_told_in_a_note_if_it_was_pushed():

@@ -431,6 +431,27 @@ def test_what_is_no_identification_of_this_configuration_is_refused(changes, say
         after(identified(**changes), FILE, "hovering", "odd.json")
 
 
+def test_a_single_coefficient_that_a_dive_does_not_tell_is_spoken_of_as_one():
+    told = NAMES[1:]
+    known = after(
+        identified(
+            parameters=[{"name": name, "value": 50.0} for name in NAMES],
+            covariance={"of": list(told), "matrix": np.eye(len(told)).tolist()},
+        ),
+        FILE,
+        "hovering",
+        "a.json",
+    )
+    assert any(f"nothing of {NAMES[0]}: its value is the vehicle file's" in each for each in known.sentences)
+
+
+def test_the_answer_of_another_verb_is_refused_by_what_it_lacks():
+    with pytest.raises(
+        ConfigError, match=r"as seatrial identify --json writes it \(it lacks 'configuration'\)"
+    ):
+        after({"verdict": "no_gap"}, FILE, "hovering", "diagnosis.json")
+
+
 def test_values_that_hardly_correlate_need_not_do_so_alike_to_the_last_digit():
     """What an inversion leaves of none differs above and below the diagonal."""
     said = identified(covariance={"of": ["M_u", "D_u"], "matrix": [[1.21, 3e-14], [5e-14, 0.5]]})

@@ -93,6 +93,7 @@ def test_what_a_cause_leaves_over_is_told(sound, usual):
     assert judged.finding is not None
     assert (judged.verdict, judged.finding.name) == ("partly", "depth_scale")
     assert "yaw" in judged.left
+    assert sentences(judged)[0].startswith("Depth scale explains part of the gap: ")
     assert any(sentence.startswith("It leaves something in ") for sentence in sentences(judged))
     assert plain(judged)["gap"]["unexplained"] > 0.2
 
@@ -108,6 +109,14 @@ def test_every_answer_keeps_to_the_schema_and_is_said_in_sentences(sound, usual)
     heavier = sentences(answer(sound, usual, heavier_n=2.0))[0]
     assert heavier.startswith("Net buoyancy or added payload explains the gap: force −")
     assert sentences(answer(sound, usual))[0].startswith("No gap")
+
+
+def test_what_would_tell_causes_apart_is_said_and_answered_where_runs_do_not_and_nowhere_else(sound, usual):
+    alike, sure = answer(sound, usual, heavier_n=2.0), answer(sound, usual, reads_m=0.01 * AIR_M)
+    assert any(each.startswith("This dive can't tell it from added payload ") for each in sentences(alike))
+    assert plain(alike)["next"]["splits"] == ["net_buoyancy", "added_payload"]
+    assert not any("can't tell" in each for each in sentences(sure))
+    assert plain(sure)["next"] is None
 
 
 def test_a_single_run_is_spoken_of_as_one(sound, usual):

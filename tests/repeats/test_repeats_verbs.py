@@ -82,6 +82,18 @@ def test_they_have_no_page_and_no_model_to_accept(place, sound, tmp_path, capsys
     assert "tells no model to check, accept or draw" in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.parametrize(("what", "of"), [("vehicle", {"name": "another"}), ("configuration", "another")])
+def test_runs_accepted_of_another_vehicle_or_configuration_are_refused(
+    place, sound, tmp_path, capsys, what, of
+):
+    data = json.loads((place / "sound.json").read_text(encoding="utf-8"))
+    data[what] = data[what] | of if isinstance(of, dict) else of
+    (tmp_path / "other.json").write_text(json.dumps(data), encoding="utf-8")
+    wanted = ["--accepted", str(tmp_path / "other.json"), *given(place, sound)]
+    assert main(["diagnose", str(place / "weak"), *wanted]) == exit_codes.BAD_INPUT
+    assert f"is of {what} 'another', the dive of" in " ".join(capsys.readouterr().err.split())
+
+
 def test_damaged_marks_in_an_accepted_file_are_refused(place, sound, tmp_path, capsys):
     data = json.loads((place / "sound.json").read_text(encoding="utf-8"))
     data["repeats"]["mean"] = [0.0]

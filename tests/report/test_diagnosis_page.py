@@ -124,7 +124,7 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
     said = wording.verdict_sentence(diagnosis(check=None, heldout=None))
     assert said == (
         "Quadratic drag explains the gap: with it the model's 5 s drift falls from 76 mm/s to 27 mm/s in surge and "
-        f"from 1.1 deg/s to 0.38 deg/s in yaw, which closes 100 % of what is beyond noise.{PLACE}"
+        f"from 1.1 deg/s to 0.38 deg/s in yaw, which closes 100 % of what is beyond noise, all together.{PLACE}"
     )
     two = diagnosis(findings=(finding_of("quadratic_drag"), finding_of("weak_thruster", 3)))
     assert wording.verdict_sentence(two).startswith("Quadratic drag and weak thruster 3 explain the gap: ")
@@ -136,22 +136,32 @@ def test_the_verdict_says_cause_place_speed_and_what_the_drift_falls_to():
         (
             {},
             "falls from 31 mm/s to 13 mm/s in surge and from 0.93 deg/s to 0.39 deg/s in yaw on the check dive, which "
-            "closes 86 % of what is beyond noise.",
+            "closes 86 % of what is beyond noise, all together.",
         ),
         (
             {"check": None},
             "falls from 1.0 deg/s to 0.38 deg/s in yaw and from 34 mm/s to 12 mm/s in surge on pieces held out, which "
-            "closes 90 % of what is beyond noise.",
+            "closes 90 % of what is beyond noise, all together.",
         ),
         (
             {"check": shrink(3.0, 3.5, -0.25)},
             "goes from 30 mm/s to 35 mm/s in surge and from 0.90 deg/s to 1.0 deg/s in yaw on the check dive, which "
-            "closes −25 % of what is beyond noise.",
+            "closes −25 % of what is beyond noise, all together.",
         ),
     ],
 )
 def test_the_verdict_speaks_of_the_best_evidence_there_is(other, ending):
     assert wording.verdict_sentence(diagnosis(**other)).endswith(ending + PLACE)
+
+
+def test_the_share_in_the_headline_is_that_of_all_degrees_of_freedom_which_need_not_be_that_of_those_it_names():
+    shrunk = shrink(3.0, 1.0, 0.98)
+    each = tuple(replace(axis, value=0.89) for axis in shrunk.by_axis)
+    told = diagnosis(check=None, heldout=replace(shrunk, by_axis=each))
+    assert "closes 98 % of what is beyond noise, all together." in wording.verdict_sentence(told)
+    lines = wording.shrink_lines(told)
+    assert lines[-1].startswith("On pieces held out, all together: the model with the causes closes 98 % ")
+    assert sum("closes 89 % of what is beyond noise." in line for line in lines) == len(each)
 
 
 def test_a_check_dive_that_does_not_bear_the_cause_out_is_told_in_the_headline():
@@ -171,7 +181,7 @@ def test_where_the_check_dive_shows_no_such_effect_that_is_said_and_the_drift_is
         "Quadratic drag explains the gap, but the check dive shows no such effect (its 5 s drift is 1.1 times what "
         "noise makes it without the causes, and 3.1 times with them): with it the model's 5 s drift falls from "
     )
-    assert "on pieces held out, which closes 98 % of what is beyond noise" in told
+    assert "on pieces held out, which closes 98 % of what is beyond noise, all together" in told
 
 
 def test_causes_that_can_not_be_told_apart_are_named_together():
@@ -351,7 +361,7 @@ def test_the_verdict_and_its_lines_tell_the_drift_in_absolute_terms_by_degree_of
     borne = diagnosis(check=Shrink(3.1, 1.3, 0.857, 0.79, 0.92, by_axis=(SURGE, YAW)), heldout=None)
     assert wording.verdict_sentence(borne).endswith(
         "with it the model's 5 s drift falls from 34 mm/s to 16 mm/s in surge "
-        f"on the check dive, which closes 86 % of what is beyond noise.{PLACE}"
+        f"on the check dive, which closes 86 % of what is beyond noise, all together.{PLACE}"
     )
     _, surge, yaw, pooled = wording.shrink_lines(borne)
     assert surge == (

@@ -106,6 +106,11 @@ def labels(figure):
             "surge 10 mm/s (75 % less than 'off'), sway 5.0 mm/s (75 % less), yaw 9.9 mm/s (alike).",
         ),
         ({"off": errs(0.04)}, "'off' errs, mean absolute: surge 40 mm/s."),
+        (  # No other dive tells of sway, so nothing there is the least.
+            {"off": errs(0.04), "both": TrackingErrors("b", (*errs(0.02).axes, *errs(0.01, "sway").axes))},
+            "'both' errs least, mean absolute: surge 20 mm/s (50 % less than 'off'). "
+            "'both' errs, mean absolute: sway 10 mm/s.",
+        ),
         (
             {"off": errs(math.nan)},
             "No dive has a reference that moves and a measured speed beside it: nothing to compare.",
@@ -181,6 +186,19 @@ def test_neither_speed_nor_error_is_drawn_through_a_silence_of_the_dvl():
         assert np.isnan(curve[(at_s > 12.2) & (at_s < 27.8)]).all()
 
 
+def test_what_a_dive_never_fed_forward_gets_no_panel_without_a_curve():
+    baseline = moving("pid", 0.5)
+    fed = replace(baseline, tau_ff=Signal(baseline.tau_ff.time_s, 2.0 * np.ones_like(baseline.tau_ff.value)))
+    titles = {
+        words: [title for title, _ in made(dives).sections[1].traces[0].panels]
+        for words, dives in {"off": {"off": baseline}, "both": {"off": baseline, "shadow": fed}}.items()
+    }
+    speed_to_pid = ["speed, mm/s", "error, mm/s", "force of the PID, N"]
+    assert titles == {"off": speed_to_pid, "both": [*speed_to_pid, "force of the feed-forward, N"]}
+    drawn = [labels(figure) for figure in made({"off": baseline}).sections[1].filed]
+    assert not any("feed-forward" in each for each in drawn)
+
+
 def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     judged = Raising(
         Mode.OFF, Mode.BOTH, (Criterion("surge mass", False, "2.00 times, 0.71 to 1.41", "dive again"),)
@@ -200,6 +218,14 @@ def test_go_and_no_go_stand_first_and_what_they_rest_on_after_the_pictures():
     assert f'<p class="judged no"><span aria-hidden="true">▲</span> {safe(unbroken(sentence))}</p>' in html
     assert 'class="judged yes"' not in html
     assert report.sections[3].tables[0].shown == (("surge mass", "no", "2.00 times, 0.71 to 1.41"),)
+
+
+def test_the_page_says_of_a_baseline_that_it_is_one_and_gets_no_verdict():
+    dive = moving("pid", 1.5)
+    run = Run("off", dive, tracking_errors(dive), None, "off")
+    first = validation_report(Validation(FILE, (run,), AT_ORIGIN)).sections[0]
+    assert (first.heading, first.judged) == ("May the feed-forward be raised?", ())
+    assert first.text.startswith("off: the baseline, flown by the PID with nothing fed forward")
 
 
 def test_no_line_of_a_page_ends_between_a_number_and_its_unit():
@@ -317,4 +343,9 @@ def test_the_speeds_held_stand_in_a_table_of_their_own_the_runs_side_by_side():
     assert by_speed.shown == (
         ("200", "−1.2 ± 0.4", "—", "—"),
         ("400", "+2.1", "+2.1", "—"),
+    )
+    # What follows ± on this page else is half of a 95 % interval.
+    assert (
+        "± one standard error of that mean over the runs at this speed, not half of a 95 % interval"
+        in by_speed.caption
     )

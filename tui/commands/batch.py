@@ -20,6 +20,7 @@ from identify.batch.page import MARKS, batch_report, cause_words, doubt_mark
 from identify.batch.recordings import Selection, find_recordings
 from identify.batch.rows import Row, Value, by_configuration, diagnosed, names_in, rows_of, to_csv, to_json
 from identify.batch.run import Cache, Engine, Standing, cores, run_batch, run_here
+from identify.diagnose.words.causes import words
 from identify.estimators.table import METHODS
 from identify.ingest.mapping.column_map import map_file
 from identify.report.page import Read, with_provenance, write_report
@@ -79,7 +80,7 @@ def run(arguments: argparse.Namespace) -> int:
                         here.carried_kg,
                     )
                 )
-            with show.progress(f"{VERBS[kind]} {len(jobs)} dives") as tell:
+            with show.progress(f"{VERBS[kind]} {_dives(len(jobs))}") as tell:
                 clock = clocks.SystemClock()
                 results[kind] = run_batch(jobs, cache, engine(arguments), teller(tell, clock))
     except KeyboardInterrupt:
@@ -156,7 +157,7 @@ def teller(tell: Tell, clock: Clock) -> Callable[[Standing], None]:
     started_s = clock.boot_s()
 
     def report(standing: Standing) -> None:
-        words = f"{standing.kept + standing.done} of {standing.total} dives"
+        words = f"{standing.kept + standing.done} of {_dives(standing.total)}"
         if standing.kept:
             words += f", {standing.kept} known before"
         words += f", {standing.failed} failed"
@@ -164,6 +165,10 @@ def teller(tell: Tell, clock: Clock) -> Callable[[Standing], None]:
         tell(standing.share, words if left_s is None else f"{words}, {duration(left_s)} left")
 
     return report
+
+
+def _dives(number: int) -> str:
+    return f"{number} dive{'' if number == 1 else 's'}"
 
 
 def duration(seconds: float) -> str:
@@ -277,7 +282,7 @@ def causes_table(rows: Sequence[Row]) -> Table:
         (
             str(number),
             utc(row.unix_s),
-            row.causes.verdict or "-",
+            words(row.causes.verdict) or "-",
             row.causes.error or "; ".join(map(cause_words, row.causes.found)) or "-",
         )
         for number, row in enumerate(rows, start=1)

@@ -14,6 +14,7 @@ from bridge.errors import FitError, LogError, SeatrialError
 from bridge.exit_codes import UsageError
 from bridge.vehicle.config import VehicleFile, load_vehicle
 from identify.diagnose.result import Diagnosis
+from identify.diagnose.shrink.contradiction import contradicted
 from identify.diagnose.shrink.shrink import csv_of
 from identify.diagnose.simulators import comparison as against
 from identify.diagnose.simulators.comparison import Against
@@ -28,7 +29,7 @@ from identify.run.identify import compiles_first, runs_as_json
 from identify.run.recordings import Reading, runs_in, stray_bytes
 from identify.run.repeats import judge, repeats, runs_as_dives
 from tui import show
-from tui.accept_diagnosis import accept, before_of
+from tui.accept_diagnosis import accept, before_of, check_accepted
 from tui.files import Files
 from tui.parameter_files import Leave, read_identification
 from tui.recordings import column_map_for, read_together, ruled_out
@@ -63,7 +64,7 @@ def run(arguments: argparse.Namespace) -> int:
     ]
     configuration = reading.configuration
     if arguments.accepted:
-        usual = usual_accepted(Path(arguments.accepted))
+        usual = usual_accepted(Path(arguments.accepted), reading.file, configuration)
         if usual is not None and repeats(reading.dive, reading.file, configuration):
             return run_repeats(arguments, reading, usual)
     leave = Leave(doubts=arguments.despite_doubts)
@@ -98,18 +99,29 @@ def run(arguments: argparse.Namespace) -> int:
         console = show.results(arguments.json)
         tell_diagnosis(console, result)
         show.say(console, *files.written)
-        if result.accepted.effects and result.findings and not arguments.accept:
+        if not arguments.accept and is_for_upload(result):
             show.say(show.words(), NOT_ACCEPTED)
     return files.code(exit_codes.DONE)
 
 
-def usual_accepted(path: Path) -> Usual | None:
-    """Marks of accepted runs, if the JSON of `identify --together` holds them. Raises UsageError for a damaged file."""
+def is_for_upload(result: Diagnosis) -> bool:
+    """Whether causes were found that a vehicle may make up for: nothing speaks against these."""
+    found = result.accepted.effects and result.findings
+    return bool(found) and not result.first and not contradicted(result.heldout, result.check)
+
+
+def usual_accepted(path: Path, file: VehicleFile, configuration: str) -> Usual | None:
+    """Marks of accepted runs, if the JSON of `identify --together` holds them. Raises UsageError for a damaged file,
+    and for one of another vehicle or configuration."""
     if path.suffix != ".json":
         return None
-    kept = read_identification(path).get("repeats")
+    identified = read_identification(path)
+    kept = identified.get("repeats")
+    if kept is None:
+        return None
+    check_accepted(path, str(identified["vehicle"]["name"]), identified["configuration"], file, configuration)
     try:
-        return None if kept is None else usual_from(kept)
+        return usual_from(kept)
     except LogError as error:
         raise UsageError(f"--accepted {path}: {error}") from None
 

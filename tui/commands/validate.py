@@ -100,7 +100,7 @@ def tell(console: Console, done: Validation) -> None:
             show.say(console, f"{run.label}: {verdict_of(run.held)}")
         if run.raising is not None:
             show.say(console, f"{run.label}: {run.raising.sentence}")
-        elif run.mode == Mode.OFF.word and run.compared:
+        elif run.is_baseline:
             show.say(console, f"{run.label}: {BASELINE}")
     if whole := whole_table(errors):
         show.say(console, "")
@@ -116,7 +116,7 @@ def tell(console: Console, done: Validation) -> None:
 def foretellings(given: str | None, receipts: Path, file: VehicleFile) -> Foretellings:
     """What each dive is compared with: the named file, or else the upload in `receipts` that was in force.
 
-    Raises UsageError for a named file that is not there, or foretells nothing.
+    Raises UsageError for a named file that is not there, foretells nothing, or is of another vehicle or configuration.
     """
     if given is None:
         return partial(_foretold_in_force, receipts, file)
@@ -127,6 +127,11 @@ def foretellings(given: str | None, receipts: Path, file: VehicleFile) -> Forete
     if foretold is None:
         raise UsageError(
             f"--foretold {given}: foretells nothing; give the .param that diagnose --accept wrote, with its sidecar"
+        )
+    if foretold.vehicle != file.vehicle.name or file.configuration not in (None, foretold.configuration):
+        raise UsageError(
+            f"--foretold {given}: is of vehicle '{foretold.vehicle}', configuration '{foretold.configuration}', so it "
+            f"foretells nothing of a dive with {file.path}; give that vehicle's own"
         )
     return lambda _dive, _mode, _configuration: foretold
 

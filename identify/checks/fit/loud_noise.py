@@ -12,6 +12,7 @@ from identify.estimators.axes.readings import Channel
 from identify.estimators.filter.state import INCREMENT, POSITION
 from identify.estimators.likelihood.axis import AxisLikelihood
 from identify.estimators.likelihood.joint import JointLikelihood
+from identify.words import significant
 
 LOUD = 0.2
 """Noise above this share of a reading's standard deviation is reported."""
@@ -53,8 +54,8 @@ class Loud:
         """The doubt that inflated noise casts on its axis; only a warning if no thrust moved it."""
         return Doubt(
             (MASSES[self.dof].name, DAMPINGS[self.dof].name),
-            f"In {DOFS[self.dof]} the fit takes {self.noise:.3g} {self.unit} of what {self.sensor} reads for noise, of "
-            f"{self.signal:.3g} {self.unit} in all, and its readings are far quieter than that",
+            f"In {DOFS[self.dof]} the fit takes {significant(self.noise)} {self.unit} of what {self.sensor} reads for "
+            f"noise, of {significant(self.signal)} {self.unit} in all, and its readings are far quieter than that",
             f"the model does not follow them; check the unit and sign of {self.sensor}, and that the vehicle file is "
             "this vehicle's.",
             Outcome.DISAGREES if self.pushed else Outcome.CONVERGED,
@@ -83,7 +84,8 @@ def loud_note(noisy: Sequence[Loud]) -> tuple[str, ...]:
     if not quiet:
         return ()
     text = ", ".join(
-        f"in {DOFS[entry.dof]} ({entry.sensor}, {entry.noise:.2g} of {entry.signal:.2g} {entry.unit})"
+        f"in {DOFS[entry.dof]} ({entry.sensor}, {significant(entry.noise, 2)} of {significant(entry.signal, 2)} "
+        f"{entry.unit})"
         for entry in quiet
     )
     return (

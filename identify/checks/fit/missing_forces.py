@@ -9,7 +9,7 @@ from identify.doubt import Culprit, Doubt, Outcome
 from identify.estimators.missing_forces.drag_and_timing import Multiplier
 from identify.estimators.missing_forces.forms import Kind
 from identify.estimators.missing_forces.screening import Lack
-from identify.words import axes_named, listed
+from identify.words import axes_named, listed, significant
 
 
 def drag_doubts(lacking: Mapping[int, Multiplier], damping: Damping = "linear") -> tuple[Doubt, ...]:
@@ -64,7 +64,7 @@ def why_not_identifiable(name: str, axis: str, std: float, shift: float, value: 
     """Why a coefficient of relative standard error `std` is not identifiable; `shift` is the change of its logarithm
     if the `missing` forces were included."""
     if abs(shift) > 0.5 * std:
-        return f"the model lacks {missing}: with that {name} would be {value * math.exp(shift):.3g}"
+        return f"the model lacks {missing}: with that {name} would be {significant(value * math.exp(shift))}"
     return f"the dive says too little of {axis}: the relative standard error is {100 * std:.0f} %"
 
 

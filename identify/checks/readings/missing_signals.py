@@ -14,6 +14,9 @@ SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
 
+NO_VELOCITY, NO_RATE = "There is no velocity to go by", "There is no rate of turn to go by"
+"""Of a signal that was not recorded, or of which another check left nothing and said why."""
+
 
 def missing_signals(dive: Dive) -> tuple[str, ...]:
     """A sentence for each signal that is missing, comes too rarely or can't be believed."""
@@ -26,12 +29,10 @@ def missing_signals(dive: Dive) -> tuple[str, ...]:
 def _velocity(dive: Dive) -> list[str]:
     signal = dive.velocity
     if signal is None or not np.isfinite(signal.value).any():
-        verb = "left" if "velocity" in dive.frozen else "recorded"
         if dive.depth is None and dive.pressure is None:
-            return [f"No velocity is {verb}: mass and damping in surge, sway and heave can't be identified."]
+            return [f"{NO_VELOCITY}: mass and damping in surge, sway and heave can't be identified."]
         return [
-            f"No velocity is {verb}: mass and damping in surge and sway can't be identified, those in heave by depth "
-            "alone."
+            f"{NO_VELOCITY}: mass and damping in surge and sway can't be identified, those in heave by depth alone."
         ]
     notes = []
     if signal.rate_hz < SLOWEST_VELOCITY_HZ:
@@ -61,14 +62,13 @@ def _lacking(dive: Dive, known: list[int], lacking: list[int]) -> str:
 
 def _rates(dive: Dive) -> list[str]:
     fastest = max((s.rate_hz for s in (dive.gyro, dive.fog) if s is not None), default=0.0)
-    verb = "left" if {"gyro", "fog"} & dive.frozen.keys() else "recorded"
     if fastest == 0.0:
         if dive.attitude is not None:
             return [
-                f"No rate of turn is {verb}: inertias and dampings in roll, pitch and yaw are identified by the "
+                f"{NO_RATE}: inertias and dampings in roll, pitch and yaw are identified by the "
                 f"attitude alone, at {dive.attitude.rate_hz:.1f} Hz."
             ]
-        return [f"No rate of turn is {verb}: inertia and damping in yaw can't be identified."]
+        return [f"{NO_RATE}: inertia and damping in yaw can't be identified."]
     if fastest < SLOWEST_GYRO_HZ:
         return [f"Rates of turn come at {fastest:.1f} Hz, too slow to identify inertia in yaw."]
     return []

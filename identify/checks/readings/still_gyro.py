@@ -27,7 +27,7 @@ def stillness(dive: Dive) -> str:
     if not (spread < STILL_RAD_S and seen > max(LEAST_RAD, TIMES * said)):
         return ""
     return (
-        f"The gyro's rates change by less than {STILL_RAD_S:.0e} rad/s, as no gyro's do, while the attitude turns: "
+        f"The gyro's rates change by less than {STILL_RAD_S:.5f} rad/s, as no gyro's do, while the attitude turns: "
         "nothing fills them, or they are in another unit"
     )
 

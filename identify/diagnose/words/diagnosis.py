@@ -309,7 +309,9 @@ def _drift_clause(diagnosis: Diagnosis, causes: str, no_gap: bool) -> str:
     if not moved:
         without, mended = level(shrink.by_axis), level(shrink.by_axis, before=False)
         return f"without {causes} {drift} is {without}, with {causes} {mended}{where}{within}"
-    gone = f", which {closes(shrink.value)} of what is beyond noise" if math.isfinite(shrink.value) else ""
+    # The share is of every degree of freedom, and those that are named may close more, or less, of their own.
+    share = f", which {closes(shrink.value)} of what is beyond noise, all together"
+    gone = share if math.isfinite(shrink.value) else ""
     return f"with {causes} {drift} {moved}{where}{'' if no_gap else gone}{within}"
 
 
