@@ -442,6 +442,19 @@ def test_an_alarm_rings_once_and_stands_on_every_screen(monkeypatch):
     assert rung == ["rung"]
 
 
+def test_an_alarm_rings_while_the_terminal_is_behind_and_takes_no_drawing(monkeypatch):
+    views, rung = FixedViews(), []
+    monkeypatch.setattr("tui.app.app.SeatrialApp.bell", lambda _: rung.append("rung"))
+
+    async def work(app, pilot):
+        monkeypatch.setattr("tui.app.terminal.RefreshRate.may_draw", lambda *_: False)
+        views.then(replace(view(), picture=replace(picture(), alarms=(ALARM,))))(app)
+        await pilot.pause()
+
+    run(made(views), NARROW, work)
+    assert rung == ["rung"]
+
+
 def test_the_sensors_of_a_dive_that_is_over_are_no_faults():
     silent = tuple(replace(row, condition=Condition.MISSING) for row in picture().sensors)
     views = FixedViews(replace(view(), picture=replace(picture(), sensors=silent)))
