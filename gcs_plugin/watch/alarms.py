@@ -7,7 +7,6 @@ interpreted.
 """
 
 import math
-from collections import deque
 from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -281,10 +280,13 @@ class _Lasted:
 
 
 class AlarmTrace:
-    """Takes the alarms of each picture. Those in the vehicle's own words are left out: the words stand there anyway."""
+    """Takes the alarms of each picture. Those in the vehicle's own words are left out: the words stand there anyway.
+
+    Of those that are over, the oldest go once there are more than KEPT; none goes that holds.
+    """
 
     def __init__(self) -> None:
-        self._lasted: deque[_Lasted] = deque(maxlen=KEPT)
+        self._lasted: list[_Lasted] = []
 
     def take(self, alarms: Sequence[Alarm], now_s: float, unix_s: float) -> None:
         """The alarms that hold at `now_s`, Unix time `unix_s` (NaN if nobody knows the date)."""
@@ -298,6 +300,9 @@ class AlarmTrace:
             else:
                 kept = self._lasted[before]
                 self._lasted[before] = _Lasted(alarm, kept.began_s, now_s, kept.utc_s)
+        over = [kept for kept in self._lasted if now_s - kept.last_s > BACK_S]
+        for kept in over[: max(len(self._lasted) - KEPT, 0)]:
+            self._lasted.remove(kept)
 
     def said(self, now_s: float) -> tuple[Said, ...]:
         """Each alarm as a text at the time at which it began, the oldest first."""

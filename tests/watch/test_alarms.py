@@ -12,7 +12,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.status_codes import status_texts
 from gcs_plugin.bell import Bell
-from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings, user_file
+from gcs_plugin.watch.alarms import SHIPPED, AlarmTrace, Limits, Settings, load_settings, user_file
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import TEXTS_KEPT, Watcher
 from tui.app.screens.watch_lines import unset_lines
@@ -300,6 +300,17 @@ def test_an_alarm_leaves_its_words_and_how_long_it_lasted_and_one_that_comes_bac
     (over,) = dive.watcher.picture(dive.now_s).said
     assert over.text == f"{stands.text}; over after 8 s"
     assert over.severity == 4
+
+
+def test_however_many_alarms_hold_at_once_each_stands_at_the_time_at_which_it_began():
+    """A bridge whose devices fail has a dozen; one that made room for another would begin anew at every picture."""
+    trace = AlarmTrace()
+    many = [Alarm(Kind.SENSOR, str(number), f"sensor {number}: silent for 6 s") for number in range(30)]
+    for now_s in range(60):
+        trace.take(many, float(now_s), float(now_s))
+    assert [said.utc_s for said in trace.said(60.0)] == [0.0] * 30
+    trace.take((), 90.0, 90.0)
+    assert len(trace.said(90.0)) < 30
 
 
 def test_an_alarm_in_the_vehicles_own_words_stands_among_them_once():
