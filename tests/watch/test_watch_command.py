@@ -164,6 +164,24 @@ def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):
     assert watch_text.now_of(healthy.picture(9.0).traces["u"]) == "--"
 
 
+@pytest.mark.parametrize("at_s", [1.9, 9.0])
+def test_the_reference_of_a_value_that_is_not_fresh_is_as_old_and_not_told_as_live(healthy, at_s):
+    assert watch_text.asked_of(healthy.picture(1.2).traces["u"]) == "0.40"
+    assert watch_text.asked_of(healthy.picture(at_s).traces["u"]) == ""
+
+
+def test_the_gap_of_a_vehicle_whose_link_is_lost_is_not_told_as_live(healthy):
+    picture = replace(healthy.picture(1.2), gap=GAP)
+    lost = replace(picture, links=tuple(replace(row, lost=True, age_s=9.0) for row in picture.links))
+    assert watch_text.gap_table(picture).rows
+    assert watch_text.gap_table(lost).rows == []
+    assert " off" not in watch_text.line(lost, RECORDING)
+
+
+def test_the_mode_of_the_feed_forward_bears_its_age_as_plain_data_too(healthy):
+    assert watch_text.plain(healthy.picture(9.0))["ff_mode_age_s"] > 7.0
+
+
 def test_a_picture_is_made_every_second_and_once_more_at_the_end():
     clock, stop = SimulatedClock(), threading.Event()
     encoder = Encoder(1, 1)
