@@ -4,6 +4,8 @@ import io
 import json
 import math
 import re
+import subprocess
+import sys
 import threading
 from dataclasses import replace
 
@@ -15,18 +17,19 @@ from rich.console import Console
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
 
 from bridge import exit_codes
-from bridge.clock import SimulatedClock
+from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkLost
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.monitor.gap import AxisGap, Gap
 from gcs_plugin.params.last_accepted import accepted_values
+from gcs_plugin.recording.state import state_file, write_holding
 from gcs_plugin.watch.picture import Alarm, Kind, Said
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, links, watch_text
 from tui.app.screens import watch_lines
-from tui.commands.watch import LinkReader
+from tui.commands.watch import LinkReader, is_over
 
 RUVIFIST = load_vehicle("ruvifist")
 REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (0.0, 1.5)
@@ -338,6 +341,19 @@ def test_the_next_recording_leaves_no_lost_link_behind(ground):
     assert row.age_s < 1.0
     assert looked.fault == ""
     link.close()
+
+
+def test_the_alarms_end_with_a_recording_that_ends_in_order_and_not_with_one_that_hangs_or_was_killed(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    ended, now_s = subprocess.Popen([sys.executable, "-c", ""]), SystemClock().unix_s()
+    ended.wait()
+    for state in (telling(), telling(written_unix_s=now_s - 60.0), telling(pid=ended.pid)):
+        write_holding(state)
+        assert not is_over(state, now_s)
+    state_file().unlink()
+    assert is_over(state, now_s)
 
 
 @pytest.mark.parametrize(("severity", "word"), [(-3, "emergency"), (3, "error"), (9, "debug")])
