@@ -81,8 +81,9 @@ def now_of(trace: Trace) -> str:
 
 
 def asked_of(trace: Trace) -> str:
-    """The reference now; empty if there is none."""
-    if trace.reference is None or not math.isfinite(trace.reference[-1]):
+    """The reference now; empty if there is none, or if it is as old as a value that is not fresh."""
+    fresh = trace.freshness is Freshness.FRESH
+    if trace.reference is None or not fresh or not math.isfinite(trace.reference[-1]):
         return ""
     return valued(float(trace.reference[-1]), trace.unit, 0.0, Freshness.FRESH)
 
@@ -99,6 +100,11 @@ def armed_words(picture: Picture) -> str:
     if picture.armed is Armed.UNKNOWN or not lost:
         return picture.armed.value
     return f"{picture.armed.value} {picture.armed_age_s:.0f} s ago"
+
+
+def gap_now(picture: Picture) -> Gap | None:
+    """The gap of a vehicle that is heard: that of one that is not has no age."""
+    return None if picture.links and picture.links[0].lost else picture.gap
 
 
 def link_words(row: LinkRow) -> str:
@@ -147,7 +153,8 @@ def line(picture: Picture, holding: Holding | None, fault: str = "") -> str:
     """The vehicle in LINE characters: its state, alarms, troubles, and as many values as fit;
     `fault` says why nothing comes."""
     traces = picture.traces
-    axis = None if picture.gap is None else worst(picture.gap)
+    gap = gap_now(picture)
+    axis = None if gap is None else worst(gap)
     words = [
         armed_words(picture),
         link_briefly(picture.links[0]) if picture.links else "NO LINK",
@@ -250,7 +257,7 @@ def thruster_table(picture: Picture) -> show.Table:
 
 def gap_table(picture: Picture) -> show.Table:
     """Each axis of the model in force: its drift over 5 s, and how much of that is noise and sea."""
-    gap = picture.gap or Gap()
+    gap = gap_now(picture) or Gap()
     rows = [(DOFS[axis.dof], *in_units(axis), "ALARM" if axis.high else "") for axis in gap.axes]
     columns = ("model", "off in 5 s", "floor", "unit", "")
     return show.Table("", columns, rows, numbers=columns[1:3])
@@ -288,6 +295,7 @@ def plain(picture: Picture) -> dict[str, Any]:
         },
         "thrusters": [vars(row) | {"freshness": row.freshness.value} for row in picture.thrusters],
         "ff_mode": picture.ff_mode,
+        "ff_mode_age_s": picture.ff_mode_age_s,
         "configuration": picture.configuration,
         "said": [vars(said) for said in picture.said],
         "twins": picture.twins,

@@ -24,7 +24,9 @@ def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
         if kept.system in settled:
             continue
         of_vehicle = held.setdefault(kept.system, set())
-        if kept.outcome is Outcome.BEGUN and not of_vehicle >= set(kept.written):
+        # A roll back without lines takes a set out of force, which no value tells.
+        told = bool(kept.written or of_vehicle) or not kept.restores
+        if kept.outcome is Outcome.BEGUN and not (told and of_vehicle >= set(kept.written)):
             return kept
         if kept.outcome is Outcome.SAME and not kept.restores:
             of_vehicle |= set(kept.targets)
@@ -53,7 +55,7 @@ def _state(left: PastUpload, present: Mapping[str, float]) -> str:
     there = sum(
         name in present and float32.same(present[name], value) for name, value in left.written.items()
     )
-    words = f": of its {len(left.written)} values {there} are on the vehicle"
+    words = f": of its {len(left.written)} values {there} are on the vehicle" if left.written else ""
     active = present.get(ACTIVE)
     if left.active_crc is None or active is None:
         return words

@@ -1,13 +1,13 @@
 """Alarms of which an operator has to know at once, from the picture of a vehicle and limits that the crew sets.
 
 A dive that ends is no alarm: a disarmed vehicle that falls silent, or whose sensors do, is over. A disarmed vehicle's
-battery and its own words still are. Where critical words come from a leak, they are the vehicle's own ("Leak Detected"
-of ArduSub): they are shown, and not interpreted.
+battery and its own words still are. An alarm of a value whose readings are lost holds until one says otherwise. Where
+critical words come from a leak, they are the vehicle's own ("Leak Detected" of ArduSub): they are shown, and not
+interpreted.
 """
 
 import math
-from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
@@ -111,6 +111,8 @@ LIMIT_OF: Final = {
 """The field of `Limits` that a kind of alarm goes by."""
 
 
+GRAVEST_FIRST: Final = tuple(Kind)
+
 _Sign = tuple[Alarm, float]
 """A condition that holds now, and how long it has to before it is an alarm, s."""
 
@@ -122,6 +124,8 @@ class Alarms:
         self._limits = settings.of("" if file is None else file.vehicle.name)
         self._rpm = _Shafts(file)
         self._since_s: dict[tuple[Kind, str], float] = {}
+        self._read: dict[tuple[Kind, str], Alarm] = {}  # each by its last reading
+        self._alarming: frozenset[tuple[Kind, str]] = frozenset()
         self._back_s: float | None = None  # since when the vehicle has been heard without a break
 
     @property
@@ -131,9 +135,40 @@ class Alarms:
 
     def look(self, picture: Picture) -> tuple[Alarm, ...]:
         """The alarms of a picture, the gravest kind first."""
-        signs, before_s = list(self._signs(picture)), self._since_s
-        self._since_s = {alarm.key: before_s.get(alarm.key, picture.now_s) for alarm, _ in signs}
-        return tuple(alarm for alarm, holds_s in signs if picture.now_s - self._since_s[alarm.key] >= holds_s)
+        now_s, before_s, read = picture.now_s, self._since_s, list(self._signs(picture))
+        self._read |= {alarm.key: alarm for alarm, _ in read}
+        signs = sorted(
+            (*read, *self._unread(picture, {alarm.key for alarm, _ in read})),
+            key=lambda sign: GRAVEST_FIRST.index(sign[0].kind),
+        )
+        self._since_s = {alarm.key: before_s.get(alarm.key, now_s) for alarm, _ in signs}
+        self._read = {key: self._read[key] for key in self._since_s}
+        alarms = tuple(alarm for alarm, holds_s in signs if now_s - self._since_s[alarm.key] >= holds_s)
+        self._alarming = frozenset(alarm.key for alarm in alarms)
+        return alarms
+
+    def _unread(self, picture: Picture, read: Collection[tuple[Kind, str]]) -> Iterator[_Sign]:
+        """Conditions whose readings are lost: those that are alarms hold, and no other becomes one meanwhile."""
+        for key, alarm in self._read.items():
+            if key not in read and self._is_lost(*key, picture):
+                words = f"{alarm.words}; no reading since"
+                yield replace(alarm, words=words), 0.0 if key in self._alarming else math.inf
+
+    def _is_lost(self, kind: Kind, subject: str, picture: Picture) -> bool:
+        """Whether no reading tells now if a condition still holds, of a dive that is not over."""
+        if picture.armed is Armed.DISARMED and (kind is not Kind.BATTERY or picture.armed_age_s > AWAY_S):
+            return False
+        if kind is Kind.BATTERY:
+            return math.isnan(picture.newest("voltage"))
+        if kind in (Kind.DEPTH, Kind.ALTITUDE):
+            return math.isnan(picture.newest(kind.value))
+        if kind is Kind.THRUSTER:
+            rows = (row for row in picture.thrusters if str(row.number) == subject)
+            return any(
+                row.freshness is not Freshness.FRESH or math.isnan(row.rpm + row.pwm_us) for row in rows
+            )
+        sensors = (row for row in picture.sensors if row.signal == subject)
+        return kind is Kind.SENSOR and any(row.freshness is not Freshness.FRESH for row in sensors)
 
     def _signs(self, picture: Picture) -> Iterator[_Sign]:
         yield from self._of_vehicle(picture)
@@ -245,10 +280,13 @@ class _Lasted:
 
 
 class AlarmTrace:
-    """Takes the alarms of each picture. Those in the vehicle's own words are left out: the words stand there anyway."""
+    """Takes the alarms of each picture. Those in the vehicle's own words are left out: the words stand there anyway.
+
+    Of those that are over, the oldest go once there are more than KEPT; none goes that holds.
+    """
 
     def __init__(self) -> None:
-        self._lasted: deque[_Lasted] = deque(maxlen=KEPT)
+        self._lasted: list[_Lasted] = []
 
     def take(self, alarms: Sequence[Alarm], now_s: float, unix_s: float) -> None:
         """The alarms that hold at `now_s`, Unix time `unix_s` (NaN if nobody knows the date)."""
@@ -262,6 +300,9 @@ class AlarmTrace:
             else:
                 kept = self._lasted[before]
                 self._lasted[before] = _Lasted(alarm, kept.began_s, now_s, kept.utc_s)
+        over = [kept for kept in self._lasted if now_s - kept.last_s > BACK_S]
+        for kept in over[: max(len(self._lasted) - KEPT, 0)]:
+            self._lasted.remove(kept)
 
     def said(self, now_s: float) -> tuple[Said, ...]:
         """Each alarm as a text at the time at which it began, the oldest first."""

@@ -9,6 +9,7 @@ import pytest
 
 from bridge.errors import ParamRejected, ParamUnwritten
 from bridge.vehicle.forecast import Credit, ForecastRow
+from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import files
 from gcs_plugin.params import sidecar as sidecars
 from gcs_plugin.params.comparison import compared
@@ -28,7 +29,7 @@ from gcs_plugin.params.proposal import propose_rollback, propose_upload
 from gcs_plugin.params.receipt import Line, Receipt, begin, next_number
 from gcs_plugin.params.sidecar import Interval, Sidecar, read_sidecar, write_with_sidecar
 from gcs_plugin.params.transfer import Outcome
-from gcs_plugin.params.unfinished import unfinished
+from gcs_plugin.params.unfinished import reminder, unfinished
 from gcs_plugin.params.wanted import Wanted
 
 MASS = Interval("M_u", "kg", 90.0, 110.0)
@@ -231,6 +232,19 @@ def test_a_roll_back_that_was_never_finished_is_told_and_takes_nothing_back(rece
     assert unfinished(receipts.path).restores == str(first)
     assert newest_before(receipts.path, 1) == first
     assert receipts.accepted() == {"FF1_M_U": 100.0}
+
+
+def test_a_roll_back_without_lines_that_was_never_finished_is_told_until_another_settles_it(receipts):
+    """Of an upload that only put a set in force: it takes that out of force again, and writes no value."""
+    first = receipts.keep(FF1_M_U=100.0)
+    receipts.keep(Outcome.BEGUN, restores=str(first))
+    left = unfinished(receipts.path)
+    assert left.restores == str(first)
+    warning, remedy = reminder(dataclasses.replace(left, active_crc=0), {ACTIVE: 13247.0})
+    assert warning.endswith("was never finished; set 13247 flies")
+    assert "finish it:" in remedy
+    receipts.keep(restores=str(first))
+    assert unfinished(receipts.path) is None
 
 
 FORM = (

@@ -150,6 +150,27 @@ def test_what_speaks_against_a_flight_is_said_and_its_key_does_nothing(shown, wh
     assert flights(made) == []
 
 
+def test_a_plan_that_is_being_made_is_shown_though_another_vehicle_is_meant_by_now_and_is_not_flown():
+    """Else the screen would show neither its progress nor a key, until it has ended."""
+    made = verbs(held=("calibrate",))
+
+    def names_another(app):
+        app.desk.vehicle = "ruvifist:survey"
+
+    on(
+        made,
+        "p",
+        names_another,
+        Sees("0 % begins"),
+        let_go,
+        Lacks("begins"),
+        "f",
+        Lacks("Type FLY"),
+        Sees("[p] plans"),
+    )
+    assert flights(made) == []
+
+
 def test_during_the_flight_the_intervals_are_live_and_its_end_key_is_pressed_from_any_screen():
     made = verbs(tells=TELLS)
 

@@ -248,6 +248,23 @@ def test_while_the_app_begins_a_recording_it_does_not_say_that_none_runs():
     played(boat.desk, *goes_on, views=views)
 
 
+@pytest.mark.parametrize("again", [("ctrl+g",), ("ctrl+l", shows(ConnectScreen), "enter")])
+def test_while_a_recording_begins_no_second_one_is_begun_beside_it(again):
+    """Of a slow port, whose key is pressed again, or another way gone: both would open it."""
+    boat, begun = Boat(), threading.Event()
+    begin = boat.desk.record
+
+    def slowly():
+        begin()
+        begun.wait(60.0)
+
+    boat.desk.record = slowly
+    refused, announced = after(["ctrl+g", *again, lambda _: begun.set()], boat, SILENT)
+    assert boat.orders == ["begin"]
+    assert "a recording begins already; wait until it runs, or says why not" in refused
+    assert announced.startswith("a recording of udpin:127.0.0.1:14550 has begun")
+
+
 def test_a_vehicle_silent_since_the_end_of_its_dive_is_not_lost_because_the_next_is_recorded():
     boat, views = Boat(), FixedViews(view())
     gone = tuple(replace(link, age_s=30.0, lost=True) for link in picture().links)

@@ -52,6 +52,25 @@ def test_a_terminal_is_drawn_on_as_fast_as_it_keeps_up(times, now_s, may_draw, m
     assert (pace.may_draw(now_s), pace.may_ask(), pace.period_s(now_s)) == (may_draw, may_ask, period_s)
 
 
+def tried(pace, from_s, to_s):
+    """How often a terminal is drawn on that answers no query any more."""
+    drawn = 0
+    for now_s in range(from_s, to_s):
+        if pace.may_draw(float(now_s)):
+            drawn += 1
+            if pace.may_ask():
+                pace.on_asked(float(now_s))
+    return drawn
+
+
+def test_a_terminal_that_stalls_for_an_hour_is_given_less_than_fills_the_queue_to_it():
+    """Textual's queue holds 30 writes, two a drawing with its query; a full one would stop alarms and orders too."""
+    pace = paced(0.0, 0.1)
+    assert tried(pace, 1, 3600) <= 15
+    pace.on_answered(3600.0)
+    assert tried(pace, 3601, 3611) >= 2
+
+
 @pytest.fixture(autouse=True)
 def state(tmp_path, monkeypatch):
     """The file of the theme, in a folder of its own."""

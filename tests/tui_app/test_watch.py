@@ -392,6 +392,12 @@ def test_the_gap_of_a_vehicle_that_is_not_heard_is_dated_and_has_no_figures():
     assert plain(gap_lines(GAP, "", 34, 190.0)) == ["MODEL ──── last compared 3 min ago"]
 
 
+def test_a_vehicle_that_was_never_compared_with_its_model_is_not_said_to_have_been_once_it_is_silent():
+    lacks = "no identified model is known here"
+    assert gap_lines(None, lacks, 34, 190.0) == gap_lines(None, lacks, 34)
+    assert gap_lines(None, "", 34, 190.0) == ()
+
+
 def test_once_a_dive_is_over_its_last_minute_stays_on_the_charts_with_its_age_whatever_screen_it_was_on():
     views = FixedViews()
     slower = {"u": replace(picture().traces["u"], value=picture().traces["u"].value - 0.1)}
@@ -439,6 +445,19 @@ def test_an_alarm_rings_once_and_stands_on_every_screen(monkeypatch):
     shown = run(made(views), WIDE, work)
     assert f"ALARM {ALARM.words}" in shown
     assert "MODEL" in shown
+    assert rung == ["rung"]
+
+
+def test_an_alarm_rings_while_the_terminal_is_behind_and_takes_no_drawing(monkeypatch):
+    views, rung = FixedViews(), []
+    monkeypatch.setattr("tui.app.app.SeatrialApp.bell", lambda _: rung.append("rung"))
+
+    async def work(app, pilot):
+        monkeypatch.setattr("tui.app.terminal.RefreshRate.may_draw", lambda *_: False)
+        views.then(replace(view(), picture=replace(picture(), alarms=(ALARM,))))(app)
+        await pilot.pause()
+
+    run(made(views), NARROW, work)
     assert rung == ["rung"]
 
 

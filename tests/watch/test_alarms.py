@@ -12,7 +12,7 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.status_codes import status_texts
 from gcs_plugin.bell import Bell
-from gcs_plugin.watch.alarms import SHIPPED, Limits, Settings, load_settings, user_file
+from gcs_plugin.watch.alarms import SHIPPED, AlarmTrace, Limits, Settings, load_settings, user_file
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import TEXTS_KEPT, Watcher
 from tui.app.screens.watch_lines import unset_lines
@@ -86,6 +86,69 @@ def test_each_is_an_alarm_once_it_has_held_and_ends_with_it(changes, kind, words
     assert list(alarms) == [kind]
     assert alarms[kind].startswith(words)
     assert dive.pictured(2.0) == {}
+
+
+@pytest.mark.parametrize(
+    ("beyond", "lost", "kind", "words"),
+    [
+        (
+            {"battery": (13.8, 3.0)},
+            "battery",
+            Kind.BATTERY,
+            "battery 13.80 V, below 14 V; no reading since",
+        ),
+        (
+            {"altitude": (0.4,)},
+            "altitude",
+            Kind.ALTITUDE,
+            "altitude 0.40 m, less than 0.5 m; no reading since",
+        ),
+        (
+            {"rpm": (0.0, *TURNS[1:])},
+            "rpm",
+            Kind.THRUSTER,
+            "thruster 1 stands still at 1600 us; no reading since",
+        ),
+    ],
+)
+def test_an_alarm_holds_while_its_readings_are_lost_until_one_says_otherwise(beyond, lost, kind, words):
+    dive = Dive().go_on(10.0)
+    dive.pictured(8.0, **beyond)
+    held = [dive.pictured(0.5, **{lost: None}).get(kind) for _ in range(16)]
+    assert all(held)
+    assert held[-1] == words
+    assert kind not in dive.pictured(1.0)
+
+
+def test_an_alarm_holds_beside_that_of_the_link_by_which_its_readings_are_lost():
+    dive = Dive().go_on(10.0)
+    low = {"battery": (13.8, 3.0)}
+    dive.pictured(8.0, **low)
+    held = [dive.pictured(0.5, beats=False, **SILENT).get(Kind.BATTERY) for _ in range(40)]
+    assert all(held)
+    assert Kind.LINK in dive.alarms
+    assert dive.pictured(0.5, **low) == {Kind.BATTERY: "battery 13.80 V, below 14 V"}
+    assert dive.pictured(1.0) == {}
+
+
+def test_what_was_no_alarm_yet_becomes_none_while_its_readings_are_lost():
+    dive = Dive().go_on(10.0)
+    dive.pictured(1.0, battery=(13.8, 3.0))
+    assert Kind.BATTERY not in dive.pictured(20.0, battery=None)
+    assert Kind.BATTERY in dive.pictured(0.5, battery=(13.8, 3.0))
+
+
+def test_a_sensor_that_says_nothing_of_use_and_then_nothing_at_all_is_an_alarm_throughout():
+    dive = Dive().go_on(10.0)
+    dive.pictured(8.0, dvl=NO_LOCK)
+    assert all(dive.pictured(0.5, dvl=None).get(Kind.SENSOR) for _ in range(16))
+    assert dive.pictured(1.0) == {}
+
+
+def test_a_battery_alarm_ends_with_the_dive_of_a_disarmed_vehicle_that_is_switched_off():
+    dive = Dive().go_on(10.0)
+    assert Kind.BATTERY in dive.pictured(8.0, armed=False, battery=(13.8, 3.0))
+    assert dive.pictured(8.0, beats=False, **SILENT) == {}
 
 
 def test_a_limit_of_nought_switches_one_off():
@@ -237,6 +300,17 @@ def test_an_alarm_leaves_its_words_and_how_long_it_lasted_and_one_that_comes_bac
     (over,) = dive.watcher.picture(dive.now_s).said
     assert over.text == f"{stands.text}; over after 8 s"
     assert over.severity == 4
+
+
+def test_however_many_alarms_hold_at_once_each_stands_at_the_time_at_which_it_began():
+    """A bridge whose devices fail has a dozen; one that made room for another would begin anew at every picture."""
+    trace = AlarmTrace()
+    many = [Alarm(Kind.SENSOR, str(number), f"sensor {number}: silent for 6 s") for number in range(30)]
+    for now_s in range(60):
+        trace.take(many, float(now_s), float(now_s))
+    assert [said.utc_s for said in trace.said(60.0)] == [0.0] * 30
+    trace.take((), 90.0, 90.0)
+    assert len(trace.said(90.0)) < 30
 
 
 def test_an_alarm_in_the_vehicles_own_words_stands_among_them_once():

@@ -4,6 +4,8 @@ import io
 import json
 import math
 import re
+import subprocess
+import sys
 import threading
 from dataclasses import replace
 
@@ -15,18 +17,19 @@ from rich.console import Console
 from vehicle_on_air import LEVEL, NO_LOCK, STILL, OnAir, dvl, heartbeat, imu
 
 from bridge import exit_codes
-from bridge.clock import SimulatedClock
+from bridge.clock import SimulatedClock, SystemClock
 from bridge.errors import LinkLost
 from bridge.vehicle.config import load_vehicle
 from bridge.wire.framing import Encoder
 from bridge.wire.readings import Reading, encode
 from gcs_plugin.monitor.gap import AxisGap, Gap
 from gcs_plugin.params.last_accepted import accepted_values
+from gcs_plugin.recording.state import state_file, write_holding
 from gcs_plugin.watch.picture import Alarm, Kind, Said
 from gcs_plugin.watch.watcher import Watcher
 from tui import cli, links, watch_text
 from tui.app.screens import watch_lines
-from tui.commands.watch import LinkReader
+from tui.commands.watch import LinkReader, is_over
 
 RUVIFIST = load_vehicle("ruvifist")
 REFERENCE = (0.4, 0.1, 0.2, 0.01, 0.02, 0.03) + (0.0,) * 6 + (0.0, 1.5)
@@ -162,6 +165,24 @@ def test_the_model_in_force_is_that_of_the_last_upload(healthy, tmp_path):
 def test_a_stale_value_bears_its_age_and_one_that_is_gone_is_no_number(healthy):
     assert watch_text.now_of(healthy.picture(1.9).traces["u"]) == "0.30 (0.9 s old)"
     assert watch_text.now_of(healthy.picture(9.0).traces["u"]) == "--"
+
+
+@pytest.mark.parametrize("at_s", [1.9, 9.0])
+def test_the_reference_of_a_value_that_is_not_fresh_is_as_old_and_not_told_as_live(healthy, at_s):
+    assert watch_text.asked_of(healthy.picture(1.2).traces["u"]) == "0.40"
+    assert watch_text.asked_of(healthy.picture(at_s).traces["u"]) == ""
+
+
+def test_the_gap_of_a_vehicle_whose_link_is_lost_is_not_told_as_live(healthy):
+    picture = replace(healthy.picture(1.2), gap=GAP)
+    lost = replace(picture, links=tuple(replace(row, lost=True, age_s=9.0) for row in picture.links))
+    assert watch_text.gap_table(picture).rows
+    assert watch_text.gap_table(lost).rows == []
+    assert " off" not in watch_text.line(lost, RECORDING)
+
+
+def test_the_mode_of_the_feed_forward_bears_its_age_as_plain_data_too(healthy):
+    assert watch_text.plain(healthy.picture(9.0))["ff_mode_age_s"] > 7.0
 
 
 def test_a_picture_is_made_every_second_and_once_more_at_the_end():
@@ -320,6 +341,19 @@ def test_the_next_recording_leaves_no_lost_link_behind(ground):
     assert row.age_s < 1.0
     assert looked.fault == ""
     link.close()
+
+
+def test_the_alarms_end_with_a_recording_that_ends_in_order_and_not_with_one_that_hangs_or_was_killed(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    ended, now_s = subprocess.Popen([sys.executable, "-c", ""]), SystemClock().unix_s()
+    ended.wait()
+    for state in (telling(), telling(written_unix_s=now_s - 60.0), telling(pid=ended.pid)):
+        write_holding(state)
+        assert not is_over(state, now_s)
+    state_file().unlink()
+    assert is_over(state, now_s)
 
 
 @pytest.mark.parametrize(("severity", "word"), [(-3, "emergency"), (3, "error"), (9, "debug")])

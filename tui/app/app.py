@@ -233,6 +233,7 @@ class SeatrialApp(Modes, inherit_bindings=False):
         self._tell_recording()
         self._watch_over_off()
         self._tell_ordered()
+        self._hear_alarms()
         if self._pace.may_draw(now_s):
             self._show()
             if isinstance(self._driver, AnsweringDriver) and self._pace.may_ask():
@@ -250,6 +251,13 @@ class SeatrialApp(Modes, inherit_bindings=False):
             self._step = (now_s, alarms, read_situation(self.desk, view))
         return self._step[2]
 
+    def _hear_alarms(self) -> None:
+        """Ring for new alarms, and note them, whether or not the terminal takes a drawing now."""
+        view, _ = self._news.seen(self._views.view())
+        view = replace(view, view_only=self.view_only)
+        if events := self._alarm_notes.take(self._bell.hear(view.alarms, view.picture.now_s), view):
+            self.run_worker(self._note(events), group="notes")
+
     async def _note(self, events: Sequence[AlarmEvent]) -> None:
         """Leave alarms as events in their dive folders."""
         for event in events:
@@ -266,8 +274,6 @@ class SeatrialApp(Modes, inherit_bindings=False):
         view, for_step = self._news.seen(self._views.view())
         situation = self._situation(for_step)
         view = replace(view, situation=situation, next=next_of(situation), view_only=self.view_only)
-        if events := self._alarm_notes.take(self._bell.hear(view.alarms, view.picture.now_s), view):
-            self.run_worker(self._note(events), group="notes")
         if view.recording is None and not view.over and (begins := self._begins()):
             known = self.desk.links() or self.desk.connect is None
             trouble = (view.trouble or "no recording runs") if known else "no vehicle is connected"

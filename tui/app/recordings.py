@@ -22,6 +22,7 @@ ORDERS = "orders"
 ANNOUNCED_S = 60.0
 END = "END"
 NOTHING_RUNS = "no recording runs that the app could speak to"
+BEGINS = "a recording begins already; wait until it runs, or says why not"
 
 
 class Recordings(Shell):
@@ -42,7 +43,7 @@ class Recordings(Shell):
     def _begin(self) -> None:
         """Begin a recording if this app may."""
         if self.desk.record is not None:
-            self.run_worker(self._record(self.desk.record), group="record", exclusive=True)
+            self.run_worker(self._record(self.desk.record), group="record")
 
     def _record_for_off(self) -> None:
         """Begin the recording that carries the off order, once for each key press."""
@@ -57,6 +58,8 @@ class Recordings(Shell):
             )
         elif self._views.view().records:
             self.notify("a recording runs already")
+        elif self._starts_recording():
+            self.notify(BEGINS)
         elif not self.desk.links() and self.desk.connect is not None:
             self.action_connect()
         else:
@@ -101,8 +104,10 @@ class Recordings(Shell):
             return
 
         def answered(choice: Choice | None) -> None:
-            if choice is not None:
-                self.run_worker(self._go(choice, connect), group="record", exclusive=True)
+            if choice is not None and self._starts_recording():
+                self.notify(f"not connected: {BEGINS}", severity="warning")
+            elif choice is not None:
+                self.run_worker(self._go(choice, connect), group="record")
 
         self.push_screen(ConnectScreen(self.desk.ways()), answered)
 

@@ -63,6 +63,7 @@ class RefreshRate:
         self._asked_s: float | None = None
         self._slow_until_s = float("-inf")
         self._ever_answered = False
+        self._patience_s = GIVEN_UP_S
 
     def may_ask(self) -> bool:
         """Whether the last query is answered."""
@@ -74,16 +75,19 @@ class RefreshRate:
     def on_answered(self, now_s: float) -> None:
         if self._asked_s is not None and now_s - self._asked_s > LATE_S:
             self._slow_until_s = now_s + CALM_S
-        self._asked_s, self._ever_answered = None, True
+        self._asked_s, self._ever_answered, self._patience_s = None, True, GIVEN_UP_S
 
     def may_draw(self, now_s: float) -> bool:
-        """Whether the terminal is ready for more; after a long wait it is tried anyway."""
+        """Whether the terminal is ready for more; after a long wait it is tried anyway, each time after twice as long.
+
+        Whatever a stalled terminal does not take waits in a short queue; once that is full, the whole app would wait.
+        """
         waiting_s = 0.0 if self._asked_s is None else now_s - self._asked_s
         if waiting_s <= LATE_S or not self._ever_answered:
             return True
         self._slow_until_s = now_s + CALM_S
-        if waiting_s > GIVEN_UP_S:
-            self._asked_s = None
+        if waiting_s > self._patience_s:
+            self._asked_s, self._patience_s = None, 2 * self._patience_s
             return True
         return False
 

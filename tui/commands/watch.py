@@ -19,7 +19,7 @@ from bridge.wire.framing import Framer
 from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.last_accepted import accepted_values
-from gcs_plugin.recording.state import Holding
+from gcs_plugin.recording.state import Holding, hung, was_killed
 from gcs_plugin.watch.alarms import load_settings
 from gcs_plugin.watch.picture import Condition, Picture
 from gcs_plugin.watch.watcher import Watcher
@@ -118,14 +118,15 @@ class LinkReader:
 def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> None:
     console, clock = show.results(arguments.json), clocks.SystemClock()
     shown = newest = reader.picture
+    holding: Holding | None = None
 
     def new() -> bool:
-        nonlocal shown, newest
+        nonlocal shown, newest, holding
         before, newest = newest, reader.picture
         if newest is before:
             return False
-        # With the recording by way of which it was watched, the dive is over.
-        over = arguments.link is None and _holding(None) is None
+        holding = _holding(None) or holding
+        over = arguments.link is None and is_over(holding, clock.unix_s())
         shown = replace(newest, alarms=()) if over else newest
         bell.hear(shown.alarms, shown.now_s)
         return True
@@ -148,6 +149,14 @@ def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> Non
                 live.update(seen, refresh=True)
 
         command_line.until_stopped(reader.listen, clock, arguments.seconds, draw)
+
+
+def is_over(last: Holding | None, unix_s: float) -> bool:
+    """Whether the recording by way of which a vehicle was watched has ended, and the dive with it. One that was killed,
+    or that hangs, ends no dive: the vehicle may be under way."""
+    if links.holding_now() is not None or hung(unix_s) is not None:
+        return False
+    return last is None or not was_killed(last.pid)
 
 
 def _vehicle(named: str | None, holding: Holding | None) -> VehicleFile | None:

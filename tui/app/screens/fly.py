@@ -278,9 +278,9 @@ class FlyScreen(StationScreen):
 
     @property
     def _planning(self) -> JobState | None:
-        """The newest plan, if it is one of these limits and this vehicle."""
+        """The plan that is being made, or the newest if it is one of these limits and this vehicle."""
         state = self.desk.jobs.state(PLAN)
-        return state if state is not None and state.words == self._words else None
+        return state if state is not None and (state.runs or state.words == self._words) else None
 
     @property
     def _proposed(self) -> Proposed | None:

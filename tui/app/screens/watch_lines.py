@@ -193,7 +193,7 @@ def signed_bar(pwm_us: float, half: int) -> str:
 def gap_lines(gap: Gap | None, lacks: str, cells: int, silent_s: float = 0.0) -> Lines:
     """How far the vehicle is off its model, and the floor of that: every axis on a wide screen, else the worst; or why
     it isn't compared. `silent_s`: the vehicle's, which dates it."""
-    if silent_s > STALE_S:
+    if silent_s > STALE_S and gap is not None:
         return (heading("MODEL", f"last compared {ago(silent_s)}", cells),)
     if gap is None:
         return (heading("MODEL", "not compared", cells), *wrapped(lacks, "quiet", cells)) if lacks else ()
