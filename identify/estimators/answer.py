@@ -24,7 +24,7 @@ from identify.checks.fit.missing_forces import (
     missing_forces_words,
     why_not_identifiable,
 )
-from identify.checks.fit.thrust_timing import delay_doubt, late_doubts
+from identify.checks.fit.thrust_timing import delay_doubt, late_doubts, seldom_doubts
 from identify.checks.fit.unread_speeds import unread_doubts
 from identify.dive import Dive, Signal
 from identify.doubt import Doubt, Outcome, coefficients_of, worst
@@ -131,6 +131,7 @@ def answer_of(
         *crossed_doubts(crossed(joint, theta)),
         *loud_doubts(noisy),
         *unread_doubts(built),
+        *seldom_doubts(built.axes),
         *(() if delay is None else (delay_doubt(delay, built.pushed),)),
         *late_doubts(late, built.pushed),
         *drag_doubts(lacking, configuration.damping),

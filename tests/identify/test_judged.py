@@ -102,6 +102,19 @@ def test_one_axis_alone_is_identified(dof, rate, names):
     assert answer["M_u"].reason == "no velocity in surge was recorded; record the DVL"
 
 
+@pytest.mark.parametrize(("every_s", "is_doubted"), [(0.5, True), (0.1, False), (None, False)])
+def test_seldom_samples_of_the_commands_leave_a_warning_and_changes_as_they_come_or_frequent_samples_none(
+    every_s, is_doubted
+):
+    dive = one_axis(YAW, rate=True)
+    if every_s is not None:
+        time_s = np.arange(0.0, SECONDS, every_s)
+        dive = replace(dive, tau_cmd=Signal(time_s, dive.tau_cmd.held_at(time_s)))
+    answer = fit(dive)
+    doubted = [doubt.about for doubt in answer.doubts if "samples 0.5 s apart" in doubt.sentence]
+    assert doubted == [("I_r", "D_r")] * is_doubted
+
+
 def test_a_depth_that_hardly_stands_out_of_its_noise_says_nothing_of_heave():
     built = build_axes(with_spread_commands(one_axis(HEAVE, noise=0.5)), FILE, "only")
     assert built.axes == ()

@@ -3,8 +3,10 @@
 from collections.abc import Mapping, Sequence
 
 from identify.doubt import Culprit, Doubt, Outcome, coefficients_of
+from identify.estimators.axes.axis import Axis
 from identify.estimators.missing_forces.drag_and_timing import Multiplier
 from identify.identification import ThrustDelay
+from identify.ingest.commands import SELDOM_HZ
 from identify.words import axes_named
 
 FARTHEST_S = 0.2
@@ -24,6 +26,28 @@ def delay_doubt(delay: ThrustDelay, pushed: Sequence[int]) -> Doubt:
         f"the values are those with that delay; write delay_s: {delay.delay_s:.3g} into the vehicle file's "
         "thrust_curve, where the feed-forward finds it.",
         culprit=Culprit.MODEL,
+    )
+
+
+def seldom_doubts(axes: Sequence[Axis]) -> tuple[Doubt, ...]:
+    """A warning about the axes in which nothing tells what seldom samples of the commands leave out.
+
+    A recording of an ArduSub in ALT_HOLD with its pulses twice a second, and without sticks to reckon them from, gave
+    inertias 1.5 times too large, outside their intervals; with pulses at 10 Hz beside them they were right.
+    """
+    dofs = [axis.dof for axis in axes if min(axis.sampled_s, axis.unknown_s) > 1.0 / SELDOM_HZ]
+    if not dofs:
+        return ()
+    apart_s = max(axis.sampled_s for axis in axes if axis.dof in dofs)
+    return (
+        Doubt(
+            coefficients_of(dofs),
+            f"The thruster commands are samples {apart_s:.2g} s apart, and nothing recorded tells what they did "
+            f"between in {axes_named(dofs)}",
+            "where an autopilot steers there, masses and dampings may be off by half, whatever their intervals say; "
+            "record the commands at 10 Hz or more, or the pilot's sticks with them, or put the autopilot's own log "
+            "beside this one.",
+        ),
     )
 
 
