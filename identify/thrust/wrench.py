@@ -81,7 +81,8 @@ def wrench(dive: Dive, file: VehicleFile, configuration_name: str) -> WrenchHist
     if commanded is None:
         raise FitError(
             "neither thruster commands that fit the vehicle nor wrenches are recorded; "
-            "record SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, and check the vehicle file's thrusters",
+            "record them (MAVLink's SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, or columns that a map names), "
+            "and check the vehicle file's thrusters",
             of=dive.source,
         )
     notes = (*notes, "The wrench is TAU_CMD as recorded.")

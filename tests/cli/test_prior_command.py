@@ -243,6 +243,7 @@ def test_a_file_written_on_one_line_is_left_as_it_is(tmp_path, capsys):
     [
         ({"parameters": []}, "no identifiable parameter"),
         ({"configuration": "flying"}, "no configuration 'flying'"),
+        ({"vehicle": {"name": "bluerov2", "sha256": "0" * 64}}, "is of vehicle 'bluerov2'"),
         ({"parameters": "none"}, "is not an identification"),
         (
             {"doubts": [DOUBT | {"about": ["M_u", "D_u"]}]},

@@ -717,7 +717,9 @@ def test_an_array_of_thrusters_is_known_by_the_names_that_a_thesis_gives_it(name
 
 def test_without_velocity_and_rate_of_turn_the_attitude_is_said_to_tell_the_motion():
     angles = {name: READ["euler"][:, k] for k, name in enumerate(("roll", "pitch", "yaw"))}
-    assert "attitude and depth alone tell the motion" in proposed({"t": READ["t"], **angles}).notes[-1]
+    assert "attitude alone tells the motion" in proposed({"t": READ["t"], **angles}).notes[-1]
+    deep = {"t": READ["t"], **angles, "depth": READ["depth"]}
+    assert "attitude and depth alone tell the motion" in proposed(deep).notes[-1]
     assert "name their columns in the map" in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
     assert "attitude" not in proposed({"t": READ["t"], "depth": READ["depth"]}).notes[-1]
 

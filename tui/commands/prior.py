@@ -25,6 +25,11 @@ def run(arguments: argparse.Namespace) -> int:
     widen = None if arguments.widen is None else arguments.widen / 100
     leave = Leave(doubts=arguments.despite_doubts)
     read = accepted_in(Path(arguments.file), widen, leave)
+    if read.vehicle not in ("", file.vehicle.name):
+        raise exit_codes.UsageError(
+            f"{arguments.file}: is of vehicle '{read.vehicle}', and {arguments.vehicle} of '{file.vehicle.name}': "
+            "nothing was written; give the file of that vehicle"
+        )
     configuration, accepted = read.configuration, read.priors
     file.vehicle.configuration_named(configuration)
     present = file.vehicle.configurations[configuration].priors

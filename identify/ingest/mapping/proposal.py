@@ -422,9 +422,10 @@ def _lacks(choices: Sequence[Choice]) -> list[str]:
     if not names & {"pwm", "rpm", "tau_cmd"}:
         notes.append("No thruster command was recognised; name its columns under pwm, rpm or tau_cmd.")
     if not names & {"velocity", "gyro", "fog"} and names & {"euler", "quaternion"}:
+        told = "attitude and depth" if names & {"depth", "pressure"} else "attitude"
         notes.append(
-            "No velocity and no rate of turn was recognised, so that attitude and depth alone tell the motion; if the "
-            "log has them, name their columns in the map."
+            f"No velocity and no rate of turn was recognised, so that {told} alone tell{'s' * (told == 'attitude')} "
+            "the motion; if the log has them, name their columns in the map."
         )
     elif not names & {"velocity", "gyro", "fog"}:
         notes.append("No velocity and no rate of turn was recognised; name their columns in the map.")
