@@ -153,9 +153,9 @@ def coast_down(period_s: float, drive: Drive) -> Family:
     return Family("coast-down", (drive,), period_s, build)
 
 
-def laps(length_m: float, drive: Drive) -> Family:
-    """There and back at a steady velocity, with double-S transients."""
-    steady_s = max(round(length_m / drive.amplitude - TRANSIENT_S, 1), 0.1)
+def laps(length: float, drive: Drive) -> Family:
+    """There and back over a length in m, or an angle in rad, at a steady velocity, with double-S transients."""
+    steady_s = max(round(length / drive.amplitude - TRANSIENT_S, 1), 0.1)
     period_s = 2 * (2 * TRANSIENT_S + steady_s + LAP_REST_S)
 
     def build(amplitudes: dict[str, float], cycles: int) -> tuple[list[Leg], str]:

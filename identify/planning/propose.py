@@ -48,7 +48,8 @@ NOTHING = 10.0
 FITS = 1.02
 TRIES, NEAR = 10, 1.1
 """Trials of a family at most, and how near to the greatest strength is near enough."""
-LAP_SHARE = 0.8
+LAP_SHARE, TURN_RAD = 0.8, math.pi
+"""Of the room, in laps along an axis, and the turn of laps in yaw."""
 
 AIM_SHARE, BEYOND = 0.9, 1e-3
 """A plan aims a little below the width asked for, as a trial of the whole tells less than the sum of its parts; what is
@@ -96,12 +97,14 @@ class Proposal:
 class _Candidate:
     """A family at the largest admissible strength.
 
-    `information` of a block; `most_cycles` in a single part keep the room.
+    `information` of a block, and what it shares with the `timing` of thrust; `most_cycles` in a single part keep the
+    room.
     """
 
     family: Family
     scale: float
     information: Array
+    timing: Array
     duration_s: float
     most_cycles: int
 
@@ -205,10 +208,17 @@ def stamped(precision: Array, timing: Array) -> Array:
     timing (k, 18): information that the coefficients share with that time.
     """
     out, known = np.zeros_like(precision), _known(precision)
-    covariance = np.linalg.inv(precision[np.ix_(known, known)])
-    off = STAMPED_S * timing[:, known] @ covariance
-    out[np.ix_(known, known)] = np.linalg.inv(covariance + off.T @ off)
+    covariance = _covariance(precision[np.ix_(known, known)], timing[:, known])
+    out[np.ix_(known, known)] = np.linalg.inv(covariance)
     return out
+
+
+def _covariance(precision: Array, timing: Array) -> Array:
+    """Covariance (k, k) of coefficients, with the error of the time of the thrust, of which `timing` is what they
+    share."""
+    covariance = np.linalg.inv(precision)
+    off = STAMPED_S * timing @ covariance
+    return np.asarray(covariance + off.T @ off)
 
 
 def _known(precision: Array) -> NDArray[np.intp]:
@@ -233,6 +243,8 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
         families.append(
             laps(LAP_SHARE * limits.space_m, Drive(drive.dof, RATES[drive.dof], limits.speed_m_s))
         )
+    if YAW in rate:
+        families.append(laps(TURN_RAD, rate[YAW]))
     return families
 
 
@@ -278,7 +290,8 @@ def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -
     spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
     most = max(family.cycles, int(min(spare**2, ENDLESS)))
     information = of_motion(TICK_S, trial.nu, knowledge, dofs)
-    return _Candidate(family, scale, information, manoeuvre.duration_s, most)
+    timing = of_timing(TICK_S, trial.nu, knowledge, dofs)
+    return _Candidate(family, scale, information, timing, manoeuvre.duration_s, most)
 
 
 def _parts(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> list[Part]:
@@ -306,35 +319,40 @@ def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> Par
 def _choose(
     candidates: Sequence[_Candidate], knowledge: Knowledge, know: Sequence[str], seconds: float, aim: float
 ) -> list[tuple[_Candidate, int]]:
-    """Candidates with their cycles, by axis and period: whole blocks, then single cycles for the remaining time."""
+    """Candidates with their cycles, by axis and period: whole blocks, then single cycles of these for the remaining
+    time, and last of any."""
     precision = knowledge.precision + np.eye(len(COUNTED)) / WIDEST**2
+    timing = np.zeros_like(candidates[0].timing) if candidates else np.zeros((0, len(COUNTED)))
     wanted = [NAMES.index(name) for name in know]
     cycles = [0] * len(candidates)
     left_s = seconds - REST_S
 
-    def unknown(total: Array) -> float:
-        variances = np.diag(np.linalg.inv(total))[wanted]
+    def unknown(total: Array, late: Array) -> float:
+        variances = np.diag(_covariance(total, late))[wanted]
         return float(np.sum(np.maximum(variances - (AIM_SHARE * aim) ** 2, 0.0) + BEYOND * variances))
 
     def fill(sizes: dict[int, int]) -> None:
         """Add the best candidate repeatedly, each by its size in cycles, while time is left."""
-        nonlocal left_s, precision
+        nonlocal left_s, precision, timing
 
         def cost_s(i: int) -> float:
             return candidates[i].seconds(cycles[i] + sizes[i]) - candidates[i].seconds(cycles[i])
 
-        def gain(i: int) -> Array:
-            return candidates[i].information * (sizes[i] / candidates[i].family.cycles)
+        def then(i: int) -> tuple[Array, Array]:
+            share = sizes[i] / candidates[i].family.cycles
+            return precision + share * candidates[i].information, timing + share * candidates[i].timing
 
         while fitting := [i for i in sizes if cost_s(i) <= left_s]:
-            now = unknown(precision)
-            best = max(fitting, key=lambda i: (now - unknown(precision + gain(i))) / cost_s(i))
+            now = unknown(precision, timing)
+            best = max(fitting, key=lambda i: (now - unknown(*then(i))) / cost_s(i))
             left_s -= cost_s(best)
-            precision = precision + gain(best)
+            precision, timing = then(best)
             cycles[best] += sizes[best]
 
     fill({i: candidate.family.cycles for i, candidate in enumerate(candidates)})
     fill({i: 1 for i, number in enumerate(cycles) if number})
+    if any(cycles):
+        fill(dict.fromkeys(range(len(candidates)), 1))
     chosen = [(c, n) for c, n in zip(candidates, cycles, strict=True) if n]
     return sorted(chosen, key=lambda pair: ([d.dof for d in pair[0].family.drives], pair[0].family.period_s))
 

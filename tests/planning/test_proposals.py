@@ -221,6 +221,15 @@ def test_a_turn_fills_its_time_has_no_pulse_widths_and_stays_in_place():
     assert result.manoeuvre.by_hand.startswith("turning right"), "right alone is a push aside"
 
 
+def test_a_drag_that_the_time_of_the_thrust_hides_in_waves_is_told_by_turns_at_a_steady_rate():
+    plan = propose(TANK, Limits(), 150.0, [YAW])
+    assert "laps" in [part.manoeuvre.kind for part in plan.parts]
+    known = dict(zip(NAMES, plan.after, strict=True))
+    # By waves alone, however many, 0.0074.
+    assert known["D_r"] < 0.003
+    assert known["I_r"] < 0.004
+
+
 STEP_S = 0.05
 MASS, DAMPING = 64.0, 42.0
 """Vehicle A: 64 kg in all, 21 N of drag at 0.5 m/s."""
