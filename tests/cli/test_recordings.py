@@ -189,7 +189,7 @@ def test_import_says_what_there_is_and_files_a_copy(recording, tmp_path, capsys)
     assert code == exit_codes.DONE
     assert [signal["name"] for signal in output["signals"]] == ["attitude"]
     assert [signal["samples"] for signal in output["signals"]] == [100]
-    assert any("No velocity" in note for note in output["notes"])
+    assert any("There is no velocity" in note for note in output["notes"])
     assert (out / "telemetry.tlog").read_bytes() == recording.read_bytes()
     assert "still.tlog" in (out / "dive.yaml").read_text(encoding="utf-8")
 

@@ -18,7 +18,7 @@ from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
 from tui.app.screens.parameters_in_file import in_file
 from tui.app.screens.parameters_transfer import READ, ParameterTransfer
-from tui.app.view import View, heard_of
+from tui.app.view import View
 
 
 class ParametersScreen(StationScreen):
@@ -57,7 +57,6 @@ class ParametersScreen(StationScreen):
 
     _at = 0
     _offered: object = None
-    _resumed = False
 
     @cached_property
     def _transfer(self) -> ParameterTransfer:
@@ -81,11 +80,7 @@ class ParametersScreen(StationScreen):
         yield self._ask
 
     def on_screen_resume(self) -> None:
-        self._resumed = True
-
-    def _read_anew(self) -> None:
-        """Read the vehicle, since the screen appears."""
-        self._resumed, written = False, self._transfer.written
+        written = self._transfer.written
         unseen = written is not None and written.done is None
         if not self._ask.is_open and not unseen:
             self._transfer.read(back=False)
@@ -94,9 +89,6 @@ class ParametersScreen(StationScreen):
     def show(self, view: View) -> None:
         self.view = view
         transfer, back = self._transfer, self._transfer.back
-        transfer.system = heard_of(view.picture)
-        if self._resumed:
-            self._read_anew()
         if transfer.take():
             self._go(0)
             if back and not transfer.back:
@@ -165,7 +157,7 @@ class ParametersScreen(StationScreen):
     def action_upload(self) -> None:
         """Ask for the confirmation; first read the vehicle if the comparison is old."""
         self._transfer.trouble = ""
-        if self._transfer.back or self._transfer.is_old(self._picture):
+        if self._transfer.back or self._transfer.is_old():
             self._transfer.read(back=False)
         self._open()
 
