@@ -25,8 +25,8 @@ def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
             continue
         of_vehicle = held.setdefault(kept.system, set())
         # A roll back without lines takes a set out of force, which no value tells.
-        told = bool(kept.written or of_vehicle) or not kept.restores
-        if kept.outcome is Outcome.BEGUN and not (told and of_vehicle >= set(kept.written)):
+        has_values = bool(kept.written or of_vehicle) or not kept.restores
+        if kept.outcome is Outcome.BEGUN and not (has_values and of_vehicle >= set(kept.written)):
             return kept
         if kept.outcome is Outcome.SAME and not kept.restores:
             of_vehicle |= set(kept.targets)
