@@ -1,6 +1,7 @@
 """The screen Parameters: what is typed before anything is written, early keys, writing, and what became of it."""
 
 import json
+from dataclasses import replace
 
 import pytest
 from fake_verbs import let_go
@@ -61,6 +62,33 @@ def test_an_armed_vehicle_is_written_to_once_the_word_is_typed_too(armed):
     refused = ("u", "7", "enter", Sees("is not 'ARMED 7'"), lambda _: vehicle.writes == [])
     on_screen(vehicle, *refused, *"armed", "space", "7", "enter", shown=views(armed))
     assert "--armed" in vehicle.writes[0]
+
+
+def of_system(system):
+    shown = views().shown
+    links = tuple(replace(link, system=system) for link in shown.picture.links)
+    return replace(shown, picture=replace(shown.picture, links=links))
+
+
+def test_of_several_vehicles_that_are_heard_the_one_that_is_shown_is_read():
+    """Without its number the verb asks for one, and the app has no other way to tell it."""
+    vehicle, shown = FakeVehicle(plan(vehicle={"system": 7, "component": 1, "armed": False})), views()
+    shown.shown = of_system(7)
+    on_screen(vehicle, "r", "escape", shown=shown)
+    reads = [words for words in vehicle.words if words[0] == "params"]
+    assert {words[1] for words in reads} == {"diff", "rollback"}
+    assert all(words[words.index("--system") + 1] == "7" for words in reads)
+
+
+def test_what_was_read_of_one_vehicle_is_not_confirmed_by_the_state_of_another_that_is_shown_by_now():
+    vehicle, shown = FakeVehicle(), views()
+    another = shown.then(of_system(7))
+    refused = Sees("vehicle 7 is shown by now, and vehicle 1 was read: read it anew")
+    on_screen(vehicle, "u", "7", another, "enter", refused, shown=shown)
+    assert vehicle.writes == []
+    vehicle.compared = plan(vehicle={"system": 7, "component": 1, "armed": False})
+    on_screen(vehicle, "u", Sees("vehicle 7, type 7"), "7", "enter", shown=shown)
+    assert len(vehicle.writes) == 1
 
 
 def test_one_that_is_armed_while_the_number_is_typed_asks_for_the_word():

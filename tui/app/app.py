@@ -20,7 +20,7 @@ from gcs_plugin.bell import Bell
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params.unfinished import reminder, unfinished
 from gcs_plugin.watch.alarms import SHIPPED, Settings
-from gcs_plugin.watch.picture import Kind
+from gcs_plugin.watch.picture import Kind, Picture
 from tui.app import themes
 from tui.app.alarm_notes import AlarmEvent, AlarmNotes
 from tui.app.crash_trace import keep_trace
@@ -250,6 +250,11 @@ class SeatrialApp(Modes, inherit_bindings=False):
         if self._step is None or now_s >= self._step[0] + LOOK_EVERY_S or alarms != self._step[1]:
             self._step = (now_s, alarms, read_situation(self.desk, view))
         return self._step[2]
+
+    @property
+    def picture(self) -> Picture:
+        """The vehicle as it is now."""
+        return self._views.view().picture
 
     def _hear_alarms(self) -> None:
         """Ring for new alarms, and note them, whether or not the terminal takes a drawing now."""

@@ -18,7 +18,7 @@ from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskLine
 from tui.app.screens.parameters_in_file import in_file
 from tui.app.screens.parameters_transfer import READ, ParameterTransfer
-from tui.app.view import View
+from tui.app.view import View, heard_of
 
 
 class ParametersScreen(StationScreen):
@@ -80,7 +80,7 @@ class ParametersScreen(StationScreen):
         yield self._ask
 
     def on_screen_resume(self) -> None:
-        written = self._transfer.written
+        self._transfer.system, written = heard_of(self._station_app.picture), self._transfer.written
         unseen = written is not None and written.done is None
         if not self._ask.is_open and not unseen:
             self._transfer.read(back=False)
@@ -89,6 +89,7 @@ class ParametersScreen(StationScreen):
     def show(self, view: View) -> None:
         self.view = view
         transfer, back = self._transfer, self._transfer.back
+        transfer.system = heard_of(view.picture)
         if transfer.take():
             self._go(0)
             if back and not transfer.back:
@@ -157,7 +158,7 @@ class ParametersScreen(StationScreen):
     def action_upload(self) -> None:
         """Ask for the confirmation; first read the vehicle if the comparison is old."""
         self._transfer.trouble = ""
-        if self._transfer.back or self._transfer.is_old():
+        if self._transfer.back or self._transfer.is_old(self._picture):
             self._transfer.read(back=False)
         self._open()
 

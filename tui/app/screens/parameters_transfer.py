@@ -17,7 +17,7 @@ from gcs_plugin.params.plan import Verdict
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.desk import Desk, values_of
 from tui.app.jobs import JobState
-from tui.app.view import STALE_S
+from tui.app.view import STALE_S, heard_of
 
 ARMED: Final = "ARMED"
 DOUBTED: Final = "DOUBTED"
@@ -59,8 +59,9 @@ class ParameterTransfer:
     """A file compared with the vehicle, or with `back` the values before the last upload compared with it.
 
     `shown` is the comparison that was read, None while there is none; `chosen` the names of the lines to write;
-    `written` the running or finished write, until the vehicle is read again; `trouble` a sentence, "" for none. A
-    `picture` argument is the vehicle's newest picture, None before the first.
+    `written` the running or finished write, until the vehicle is read again; `trouble` a sentence, "" for none;
+    `system` the vehicle to read, None for the only one there is. A `picture` argument is the vehicle's newest picture,
+    None before the first.
     """
 
     def __init__(self, desk: Desk) -> None:
@@ -70,6 +71,7 @@ class ParameterTransfer:
         self.back = False
         self.trouble = ""
         self.written: JobState | None = None
+        self.system: int | None = None
         self._taken: JobState | None = None
         self._read_of: tuple[Path, int] | None = None
         self._decided: tuple[tuple[Path, int] | None, dict[str, bool]] = (None, {})
@@ -109,7 +111,8 @@ class ParameterTransfer:
 
     def _begin(self) -> None:
         jobs = self._desk.jobs
-        receipts = ("--receipts", str(self._desk.receipts), *self._desk.way)
+        system = ("--system", str(self.system)) if self.system is not None else ()
+        receipts = ("--receipts", str(self._desk.receipts), *system, *self._desk.way)
         self._read_by = self._by
         file = self._file()
         self._reads_back, self._taken = self.back, jobs.state(READ)
@@ -197,11 +200,21 @@ class ParameterTransfer:
         everything = set(self.shown.changed) if self.shown is not None else set()
         self.chosen = set() if self.chosen == everything else everything
 
-    def is_old(self) -> bool:
-        """Whether the comparison was read too long ago, or a write has followed it."""
+    def is_old(self, picture: Picture | None) -> bool:
+        """Whether the comparison was read too long ago, or of another vehicle, or a write has followed it."""
         state = self._taken
         read_s = -OLD_S if state is None or state.ended_s is None else state.ended_s
-        return self.shown is None or self.written is not None or self._desk.jobs.now_s() - read_s > OLD_S
+        changed = self.shown is None or self.written is not None or bool(self._of_other(picture))
+        return changed or self._desk.jobs.now_s() - read_s > OLD_S
+
+    def _of_other(self, picture: Picture | None) -> str:
+        """That another vehicle is shown by now than was read, "" if it is not: that one's state is not this one's."""
+        heard = heard_of(picture) if picture is not None else None
+        if self.shown is None or heard in (None, self.shown.vehicle.system):
+            return ""
+        return (
+            f"vehicle {heard} is shown by now, and vehicle {self.shown.vehicle.system} was read: read it anew"
+        )
 
     def stale_s(self, picture: Picture | None) -> float | None:
         """Age of the values that may be out of date: the vehicle is not heard, or they are older than OLD_S.
@@ -267,6 +280,8 @@ class ParameterTransfer:
         shown = self.shown
         if shown is None:
             return "nothing was read yet"
+        if other := self._of_other(picture):
+            return other
         if not self.chosen and not shown.staged:
             reason = "the vehicle holds all of it already" if not shown.choosable else "no line is chosen"
             return f"{reason}: there is nothing to write"
