@@ -6,8 +6,9 @@ the sum of its parts.
 """
 
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,6 +49,8 @@ NOTHING = 10.0
 FITS = 1.02
 TRIES, NEAR = 10, 1.1
 """Trials of a family at most, and how near to the greatest strength is near enough."""
+SHARES_AS_IT_TURNS = (1.0, 0.6)
+"""Of an axis's force, where the vehicle turns to and fro as it is pushed."""
 LAP_SHARE, TURN_RAD = 0.8, math.pi
 """Of the room, in laps along an axis, and the turn of laps in yaw."""
 
@@ -55,8 +58,11 @@ AIM_SHARE, BEYOND = 0.9, 1e-3
 """A plan aims a little below the width asked for, as a trial of the whole tells less than the sum of its parts; what is
 narrower already counts by so little that it only decides between equals."""
 
-ENDLESS = 1_000_000
-"""More cycles than any dive has."""
+NO_AIMS: Final[Mapping[str, float]] = {}
+"""All are narrowed alike."""
+
+LONGEST_S = 96.0
+"""A part is no longer, unless a block of it is: what the vehicle knows is weighed between the parts."""
 
 RESERVE_S, RESERVE_SHARE = 128.0, 0.25
 """Room is reserved for the drift of a manoeuvre of this length, but no more than this share unless a block needs it."""
@@ -124,10 +130,10 @@ def propose(
     dofs: Sequence[int] = DOFS_PLANNED,
     progress: Progress = lambda *_: None,
     know: Sequence[str] = (),
-    aim: float = 0.0,
+    aims: Mapping[str, float] = NO_AIMS,
 ) -> Proposal:
     """Choose the manoeuvres for `seconds` in total, rests included, that narrow the coefficients `know`, or all of the
-    axes, to the relative standard deviation `aim`; the time left narrows all further.
+    axes, each to its relative standard deviation in `aims`; the time left narrows all further.
 
     Raises FitError if the thrusters drive none of the axes, or not that of a coefficient of `know`, or if no manoeuvre
     fits into the limits or the time.
@@ -144,14 +150,15 @@ def propose(
         raise FitError(
             f"{file.path}: no plan tells {', '.join(untold)}; along the axes planned it tells {', '.join(telling)}"
         )
-    families = _in_time(_families(tank, able, limits), seconds)
+    asked = tuple(dof for dof in able if {MASSES[dof].name, DAMPINGS[dof].name} & {*(know or telling)})
+    families = _in_time(_families(tank, asked, limits), seconds)
     candidates = []
     for i, family in enumerate(families):
         progress(i / (len(families) + 1), f"trying {family.kind} in {DOFS[family.drives[0].dof]}")
         candidate = _within(family, tank, limits, able)
         if candidate is not None:
             candidates.append(candidate)
-    chosen = _choose(candidates, knowledge, know or telling, seconds, aim)
+    chosen = _choose(candidates, knowledge, know or telling, seconds, aims)
     if not chosen:
         shortest = min((c.duration_s + 2 * REST_S for c in candidates), default=np.nan)
         why = (
@@ -236,6 +243,13 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
         if dof not in PUSHES
     }
     together = [tuple(pair.values()) for pair in (push, rate) if len(pair) == 2]
+    if YAW in rate:
+        # The thrusters that push also turn: the most of both leaves each less than it has alone.
+        together += [
+            (replace(drive, amplitude=share * drive.amplitude), rate[YAW])
+            for drive in push.values()
+            for share in SHARES_AS_IT_TURNS
+        ]
     alone = [(drive,) for drive in (*push.values(), *rate.values())]
     families = [square(period_s, *drives) for drives in (*alone, *together) for period_s in PERIODS_S]
     for drive in push.values():
@@ -287,8 +301,8 @@ def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -
     if best is None:
         return None
     scale, manoeuvre, trial = best
-    spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
-    most = max(family.cycles, int(min(spare**2, ENDLESS)))
+    spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else math.inf
+    most = max(family.cycles, int(min(spare**2, LONGEST_S / family.period_s)))
     information = of_motion(TICK_S, trial.nu, knowledge, dofs)
     timing = of_timing(TICK_S, trial.nu, knowledge, dofs)
     return _Candidate(family, scale, information, timing, manoeuvre.duration_s, most)
@@ -317,7 +331,11 @@ def _part(candidate: _Candidate, cycles: int, tank: Tank, limits: Limits) -> Par
 
 
 def _choose(
-    candidates: Sequence[_Candidate], knowledge: Knowledge, know: Sequence[str], seconds: float, aim: float
+    candidates: Sequence[_Candidate],
+    knowledge: Knowledge,
+    know: Sequence[str],
+    seconds: float,
+    aims: Mapping[str, float],
 ) -> list[tuple[_Candidate, int]]:
     """Candidates with their cycles, by axis and period: whole blocks, then single cycles of these for the remaining
     time, and last of any."""
@@ -327,9 +345,12 @@ def _choose(
     cycles = [0] * len(candidates)
     left_s = seconds - REST_S
 
+    known_enough = np.array([AIM_SHARE**2 if name in aims else 0.0 for name in know])
+    units = np.array([aims.get(name, 1.0) for name in know])
+
     def unknown(total: Array, late: Array) -> float:
-        variances = np.diag(_covariance(total, late))[wanted]
-        return float(np.sum(np.maximum(variances - (AIM_SHARE * aim) ** 2, 0.0) + BEYOND * variances))
+        variances = np.diag(_covariance(total, late))[wanted] / units**2
+        return float(np.sum(np.maximum(variances - known_enough, 0.0) + BEYOND * variances))
 
     def fill(sizes: dict[int, int]) -> None:
         """Add the best candidate repeatedly, each by its size in cycles, while time is left."""

@@ -8,7 +8,7 @@ from identify.dive import Dive
 from identify.estimators.table import DEFAULT, estimator
 from identify.planning.knowledge import after, before_any_dive
 from identify.planning.limits import Limits, Tank
-from identify.planning.propose import DOFS_PLANNED, Proposal, propose
+from identify.planning.propose import DOFS_PLANNED, NO_AIMS, Proposal, propose
 from identify.progress import Step, Steps, ignore_step
 
 OF: Final = "plan"
@@ -21,11 +21,11 @@ def plan(
     dofs: Sequence[int] = DOFS_PLANNED,
     progress: Steps = ignore_step,
     know: Sequence[str] = (),
-    aim: float = 0.0,
+    aims: Mapping[str, float] = NO_AIMS,
 ) -> Proposal:
     """Propose the manoeuvres for `seconds` in total, for the coefficients `know` or for all, first for those that are
-    known worse than to the relative standard deviation `aim`. Raises FitError if none fits."""
-    return propose(tank, limits, seconds, dofs, _steps(progress), know, aim)
+    known worse than to their relative standard deviation in `aims`. Raises FitError if none fits."""
+    return propose(tank, limits, seconds, dofs, _steps(progress), know, aims)
 
 
 def before_dives(file: VehicleFile) -> Tank:

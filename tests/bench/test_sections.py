@@ -46,18 +46,21 @@ def test_the_table_has_medians_and_the_share_of_the_time_by_hand():
     data = {
         "hand_s": 800.0, "known_s": 100.0, "whole_s": 120.0, "identify_s": 0.5, "share": 0.05,
         "hand": {"M_u": 0.013, "D_u": 0.05}, "flown": {"M_u": 0.003, "D_u": 0.012},
+        "each_known_s": 200.0, "each_whole_s": 230.0, "each": {"M_u": 0.002, "D_u": 0.008},
     }  # fmt: skip
     results = {f"{c} {n}": data for c in ("survey", "hovering") for n in range(3)}
     results["hovering 1"] = data | {"known_s": 90.0}
     page = flying_page(results)
     assert "| hovering | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in page
+    assert "| hovering | 3 | each as by hand | 800 s | 200 s | 1/4.0 | 230 s |" in page
+    assert "| flown, each as by hand | 0.2 | 0.8 |" in page
     assert "| survey | M_u | D_u |" in page
     assert "| flown | 0.3 | 1.2 |" in page
     assert "took 0.5 s on average" in " ".join(page.split())
     results["survey 1"] = data | {"known_s": float("nan")}
     assert "| survey | 3 | 5.0% | 800 s | 100 s | 1/8.0 | 120 s |" in flying_page(results)
     unknown = figures(800.0, {"M_u": 0.013, "D_u": 0.05}, Wanted(("M_u", "D_u"), 0.05), Outcome(), [0.5])
-    results["survey 2"] = results["survey 1"] = unknown | {"whole_s": 120.0}
+    results["survey 2"] = results["survey 1"] = data | unknown | {"whole_s": 120.0}
     assert "| survey | 3 | 5.0% | 800 s | never | - | 120 s |" in flying_page(results)
     assert "| flown | - | - |" in flying_page(results)
 

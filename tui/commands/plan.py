@@ -12,7 +12,7 @@ from bridge.simulator.truth import load_truth
 from bridge.text import typed
 from bridge.vehicle.coefficients import COEFFICIENTS
 from bridge.vehicle.config import VehicleFile, load_vehicle
-from identify.planning.knowledge import Knowledge
+from identify.planning.knowledge import NAMES, Knowledge
 from identify.planning.limits import START_DEPTH_M, Limits, Tank
 from identify.planning.propose import Proposal
 from identify.planning.writing import (
@@ -48,8 +48,8 @@ def run(arguments: argparse.Namespace) -> int:
     dofs = [AXES[axis] for axis in AXES if axis in arguments.axes]
     with show.steps("plan") as progress:
         tank, changes = _tank(file, arguments.after, arguments.columns, progress)
-        aim = (arguments.to or 0.0) / 100 / Z95
-        proposal = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aim)
+        aims = dict.fromkeys(NAMES, arguments.to / 100 / Z95) if arguments.to else {}
+        proposal = plan(tank, limits, 60 * arguments.minutes, dofs, progress, arguments.know, aims)
     knowledge, configuration = tank.knowledge, tank.configuration_name
     title = f"{file.vehicle.name}, configuration {configuration}: {proposal.duration_s:.0f} s"
     name = f"{arguments.vehicle.removesuffix(f':{configuration}')}:{configuration}"
