@@ -36,7 +36,7 @@ from tui.flight_recording import recorded_crew, widths_of
 
 SOURCES = (reached("bench/operation/flying.py"), *PAPERS_VEHICLE)
 LIMITS = FlightLimits(0.3, 4.0, 1.0, 6.0, 0.8, 25.0, 13.0, 900.0)
-PLAN_S, EACH_PLAN_S = 300.0, 800.0
+PLAN_S, EACH_PLAN_S = 300.0, 900.0
 COUNTDOWN_S = 3.0
 SEED = 8700
 HEAD = ("configuration", "dives", "asked for", "by hand", "flown", "share", "back where it began")

@@ -13,8 +13,9 @@ from bridge.vehicle.coefficients import DAMPINGS, DOFS, MASSES
 from bridge.vehicle.legs import DEPTH_M, Leg
 
 REST: Final = "rest"
-FIRST_S, PIECE_S = 8.0, 16.0
-"""Lengths of the pieces that a wave is cut into: two short ones first, for masses are soon known."""
+FIRST_S, LONGEST_S = 8.0, 64.0
+"""Lengths of the pieces that a wave is cut into: two short ones first, for masses are soon known, and then each twice
+as long as the one before, for a width halves in four times the time, and each piece costs a way back to the station."""
 _DRIVEN: Final = {
     0: ("surge_m_s", "push_surge_n"),
     1: ("sway_m_s", "push_sway_n"),
@@ -124,7 +125,8 @@ def flight_plan(name: str, depth_m: float, manoeuvres: Sequence[Sequence[Leg]]) 
 
 
 def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
-    """Cut a square wave into waves of some PIECE_S each, after two of FIRST_S; any other manoeuvre stays whole."""
+    """Cut a square wave into waves of FIRST_S, twice, and then of twice as much each, up to LONGEST_S; any other
+    manoeuvre stays whole."""
     if len(legs) != 3:
         return [tuple(legs)]
     first, halves, last = legs
@@ -132,9 +134,9 @@ def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
     if not is_wave:
         return [tuple(legs)]
     cycles, cycle_s = (halves.alternate + 1) // 2, 2 * halves.duration_s
-    begin = min(cycles, max(1, round(FIRST_S / cycle_s)))
-    again = min(cycles - begin, begin)
-    left = cycles - begin - again
-    goes = min(left, max(1, round(left * cycle_s / PIECE_S)))
-    sizes = [begin, *filter(None, [again]), *(left // goes + (go < left % goes) for go in range(goes))]
+    sizes: list[int] = []
+    size = begin = max(1, round(FIRST_S / cycle_s))
+    while (left := cycles - sum(sizes)) > 0:
+        sizes.append(size if left - size >= begin else left)
+        size = min(sum(sizes), max(1, round(LONGEST_S / cycle_s)))
     return [(first, replace(halves, alternate=2 * size - 1), last) for size in sizes]

@@ -61,7 +61,7 @@ narrower already counts by so little that it only decides between equals."""
 NO_AIMS: Final[Mapping[str, float]] = {}
 """All are narrowed alike."""
 
-LONGEST_S = 96.0
+LONGEST_S = 128.0
 """A part is no longer, unless a block of it is: what the vehicle knows is weighed between the parts."""
 
 RESERVE_S, RESERVE_SHARE = 128.0, 0.25

@@ -77,6 +77,19 @@ def test_a_wave_is_cut_into_waves_of_the_same_kind_and_length_in_all_two_short_o
     assert sum(leg.duration_s * leg.alternate for piece in pieces for leg in piece) == 32.0
 
 
+def test_each_further_piece_of_a_wave_takes_as_long_as_all_before_it_up_to_a_minute():
+    pieces = cut((QUICK[0], replace(QUICK[1], alternate=2 * 56 - 1), QUICK[2]))
+    assert [sum(leg.duration_s * leg.alternate for leg in piece) for piece in pieces] == [
+        8,
+        8,
+        16,
+        32,
+        64,
+        64,
+        32,
+    ]
+
+
 def test_a_wave_of_any_length_keeps_all_its_cycles():
     for cycles in range(1, 40):
         pieces = cut((QUICK[0], replace(QUICK[1], alternate=2 * cycles - 1), QUICK[2]))
