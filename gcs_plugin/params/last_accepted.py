@@ -87,10 +87,15 @@ def last_accepted(receipts: Path, system: int | None = None, vehicle: str = "") 
 
 
 def accepted_of(file: Path, receipts: Path) -> dict[str, AcceptedValue]:
-    """`last_accepted` of the vehicle that a parameter file is of, by its sidecar. Raises ParamRejected for a damaged
-    one."""
+    """`last_accepted` of the vehicle that a parameter file is of. Raises ParamRejected for a damaged sidecar."""
+    return last_accepted(receipts, vehicle=vehicle_in(file))
+
+
+def vehicle_in(file: Path) -> str:
+    """The name of the vehicle that a parameter file is of, by its sidecar, "" if that names none. Raises ParamRejected
+    for a damaged one."""
     sidecar = read_sidecar(file)
-    return last_accepted(receipts, vehicle="" if sidecar is None else sidecar.vehicle)
+    return "" if sidecar is None else sidecar.vehicle
 
 
 def accepted_values(receipts: Path, vehicle: str, system: int) -> dict[str, float]:

@@ -19,7 +19,9 @@ from bridge.reports import PAGE, UNKEPT, Report
 from gcs_plugin.dives.folder import DiveFolder
 from gcs_plugin.params import last_accepted, unfinished
 from gcs_plugin.params.files import write_parameters
-from gcs_plugin.params.receipt import PastUpload
+from gcs_plugin.params.last_accepted import keep_accepted
+from gcs_plugin.params.receipt import RECEIPT, Line, PastUpload, Receipt, path_of
+from gcs_plugin.params.sidecar import Sidecar, write_with_sidecar
 from gcs_plugin.params.transfer import Outcome
 from gcs_plugin.watch.picture import Alarm, Armed, Kind, Said
 from tui.app.jobs import JobState
@@ -294,6 +296,30 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     assert place.situation().uploaded is True
 
 
+@pytest.mark.parametrize(("of", "is_uploaded"), [("ruvifist", True), ("", True), ("bluerov2", False)])
+def test_what_another_vehicle_of_the_same_address_accepted_is_no_upload_to_this_one(place, of, is_uploaded):
+    place.dive("2026-11-21T0800Z-first", M_u=0.01)
+    values = place.dives / "2026-11-21T0800Z-first" / "identified.param"
+    mine = Sidecar("", "", "hovering", "likelihood", "0.1", vehicle="ruvifist")
+    write_with_sidecar(values, {"FF0_M_U": 12.5}, ("identified",), mine, 1, 1)
+    path = place.receipts / "2026-11-21T090000Z-before.param"
+    receipt = Receipt(
+        Outcome.APPLIED,
+        "",
+        1,
+        1,
+        (Line("FF0_M_U", 1.0, 12.5, 12.5, Outcome.APPLIED, ""),),
+        path,
+        None,
+        "2026",
+        1.0,
+    )
+    place.receipts.mkdir()
+    keep_accepted(receipt, replace(mine, vehicle=of), True)
+    path_of(path, RECEIPT).write_text(json.dumps(receipt.to_json()), encoding="utf-8")
+    assert place.situation().uploaded is is_uploaded
+
+
 @pytest.fixture
 def in_shadow(place, monkeypatch):
     """A place with an upload, and a dive in shadow after it that is a GO, which the screens show."""
@@ -525,7 +551,9 @@ def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_wha
         for module in (last_accepted, unfinished):
             monkeypatch.setattr(module, "kept_in", kept_in)
 
-    monkeypatch.setattr("tui.app.read_situation.last_accepted", lambda _, system: asked.append(system) or {})
+    monkeypatch.setattr(
+        "tui.app.read_situation.last_accepted", lambda _, system, *__: asked.append(system) or {}
+    )
     place.dive("2026-11-21T0800Z-first", M_u=0.01)
     place.identify("2026-11-21T0800Z-first")
     preimage = place.receipts / "2026-11-21T090000Z-before.param"

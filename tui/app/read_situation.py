@@ -11,7 +11,7 @@ from bridge.errors import LogError, ParamError
 from bridge.files import written_ns
 from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.params.files import read_parameters
-from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back
+from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back, vehicle_in
 from gcs_plugin.params.meaning import coefficient_of
 from gcs_plugin.params.unfinished import unfinished
 from gcs_plugin.watch.picture import Armed, Kind
@@ -41,7 +41,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
     folders = desk.dives()
     values = desk.values(dive)
     system = picture.links[0].system if picture.links else None
-    known = _known(desk.receipts, system)
+    known = _known(desk.receipts, system, values)
     accepted_ns = _accepted_ns(desk.receipts, known)
     if values is not None:
         uploaded_ns = _uploaded_ns(desk.receipts, values, known)
@@ -139,23 +139,28 @@ def _determined(dive: Path) -> tuple[tuple[str, ...], int | None]:
     return lacking, len(wanted) - len(lacking)
 
 
-def _known(receipts: Path, system: int | None) -> Mapping[str, AcceptedValue]:
-    """The values last accepted by the vehicle of that system, or any; none where receipts can't be read. They are read
-    anew only where a file has changed: that takes milliseconds an upload, for which a key would wait."""
+def _known(receipts: Path, system: int | None, values: Path | None) -> Mapping[str, AcceptedValue]:
+    """The values last accepted by the vehicle of that system, or any, and of no other vehicle than `values` are of;
+    none where receipts can't be read. They are read anew only where a file has changed: that takes milliseconds an
+    upload, for which a key would wait."""
     try:
         with os.scandir(receipts) as entries:
             state = frozenset((entry.name, entry.stat().st_mtime_ns) for entry in entries)
     except OSError:
         return {}
-    return _read_known(receipts, system, state)
+    return _read_known(receipts, system, values, written_ns(values) if values is not None else 0, state)
 
 
 @lru_cache(4)
 def _read_known(
-    receipts: Path, system: int | None, _state: frozenset[tuple[str, int]]
+    receipts: Path,
+    system: int | None,
+    values: Path | None,
+    _changed_ns: int,
+    _state: frozenset[tuple[str, int]],
 ) -> Mapping[str, AcceptedValue]:
     try:
-        return last_accepted(receipts, system)
+        return last_accepted(receipts, system, "" if values is None else vehicle_in(values))
     except (ParamError, LogError):
         return {}
 

@@ -6,13 +6,13 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
-from bridge.errors import ConfigError
+from bridge.errors import ConfigError, ParamError
 from bridge.exit_codes import NothingLeft
 from bridge.files import written_ns
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import ACTING
 from gcs_plugin.params.comparison import Comparison
-from gcs_plugin.params.last_accepted import last_accepted
+from gcs_plugin.params.last_accepted import last_accepted, vehicle_in
 from gcs_plugin.params.plan import Verdict
 from gcs_plugin.watch.picture import Armed, Picture
 from tui.app.desk import Desk, values_of
@@ -185,7 +185,11 @@ class ParameterTransfer:
         if done is None or done.code or shown is None:
             return
         # The last accepted values have changed: to this upload, or to those before the upload taken back.
-        now = last_accepted(self._desk.receipts, shown.vehicle.system)
+        vehicle = ""
+        if self._read_of is not None and not self.back:
+            with contextlib.suppress(ParamError):
+                vehicle = vehicle_in(self._read_of[0])
+        now = last_accepted(self._desk.receipts, shown.vehicle.system, vehicle)
         values = {name: (accepted.value, accepted.time) for name, accepted in now.items()}
         entries = (
             replace(
