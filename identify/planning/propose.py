@@ -7,7 +7,7 @@ the sum of its parts.
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Final
 
 import numpy as np
@@ -49,8 +49,6 @@ NOTHING = 10.0
 FITS = 1.02
 TRIES, NEAR = 10, 1.1
 """Trials of a family at most, and how near to the greatest strength is near enough."""
-SHARES_AS_IT_TURNS = (1.0, 0.6)
-"""Of an axis's force, where the vehicle turns to and fro as it is pushed."""
 LAP_SHARE, TURN_RAD = 0.8, math.pi
 """Of the room, in laps along an axis, and the turn of laps in yaw."""
 
@@ -243,13 +241,6 @@ def _families(tank: Tank, dofs: tuple[int, ...], limits: Limits) -> list[Family]
         if dof not in PUSHES
     }
     together = [tuple(pair.values()) for pair in (push, rate) if len(pair) == 2]
-    if YAW in rate:
-        # The thrusters that push also turn: the most of both leaves each less than it has alone.
-        together += [
-            (replace(drive, amplitude=share * drive.amplitude), rate[YAW])
-            for drive in push.values()
-            for share in SHARES_AS_IT_TURNS
-        ]
     alone = [(drive,) for drive in (*push.values(), *rate.values())]
     families = [square(period_s, *drives) for drives in (*alone, *together) for period_s in PERIODS_S]
     for drive in push.values():

@@ -57,16 +57,15 @@ def instruction(part: Part) -> str:
 
 def pulses(manoeuvre: Manoeuvre, tank: Tank) -> str:
     """Pulse widths of a push, for pilots who command thrusters by pulse width; empty for a rate."""
-    wrench, pushed = [0.0] * 6, []
+    wrench = [0.0] * 6
     for drive, amplitude in zip(manoeuvre.drives, manoeuvre.amplitudes, strict=True):
         if drive.key.startswith("push"):
             wrench[drive.dof] = amplitude
-            pushed.append(drive.dof)
-    if not pushed:
+    if not any(wrench):
         return ""
     widths = []
     for i, way in enumerate((1.0, -1.0)):
-        direction = " and ".join(WAYS[dof][i] for dof in pushed)
+        direction = " and ".join(WAYS[dof][i] for dof in manoeuvre.dofs)
         widths.append(f"{direction}: {_grouped(tank.pulses([way * w for w in wrench]))}")
     return "; ".join(widths)
 
