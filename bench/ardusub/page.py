@@ -23,7 +23,7 @@ from bench.ardusub.following import ALONE
 from bench.ardusub.following import measured as measured_following
 from bench.ardusub.planned import EACH, WIDEST
 from bench.ardusub.planned import measured as measured_plan
-from bench.stamp import CURVES, ROOT, stamp
+from bench.stamp import CURVES, ROOT, files, stamp
 from bench.words import blocks, percent
 from bench.words import table as bench_table
 from bridge import exit_codes
@@ -37,6 +37,8 @@ SOURCES: Final = (
     "gcs_plugin/flying", "identify", "tui/flight_recording.py", "configs/vehicles/bluerov2.yaml", CURVES,
 )  # fmt: skip
 """The code that the figures of the real firmware's dives depend on (`bench.stamp`)."""
+PLANS: Final = ("bench/operation/flying.py", "gcs_plugin/flying", "identify/planning", "identify/run/plan.py")
+"""Of that, the code that bears on a flown plan alone."""
 
 BEGIN: Final = "<!-- written by python -m bench ardusub -->"
 BEGIN_FOLLOWED: Final = "<!-- the ways to follow the sticks, written by python -m bench ardusub -->"
@@ -72,7 +74,7 @@ def with_block(text: str, begin: str, lines: str) -> str:
 
 def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     """The figures of a case, from runs/ where its code has not changed."""
-    kept = runs / f"{name}-{stamp(*SOURCES)}.json"
+    kept = runs / f"{name}-{_stamp_of(name)}.json"
     if kept.exists():
         return dict(json.loads(kept.read_text(encoding="utf-8")))
     if name == PLANNED:
@@ -92,6 +94,14 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
         figures["after"] = diagnosed(answer_of("diagnose", recording_of(path, runs, name, 2), *accepted))
     write_whole(kept, json.dumps(figures, indent=1) + "\n")
     return figures
+
+
+def _stamp_of(name: str) -> str:
+    """The stamp of the code that the figures of a case depend on."""
+    if name == PLANNED:
+        return stamp(*SOURCES)
+    plans = set(files(*PLANS))
+    return stamp(*(str(path.relative_to(ROOT)) for path in files(*SOURCES) if path not in plans))
 
 
 def log_of(recording: Path) -> Path:

@@ -14,8 +14,9 @@ from bridge.vehicle.legs import DEPTH_M, Leg
 
 REST: Final = "rest"
 FIRST_S, LONGEST_S = 8.0, 64.0
-"""Lengths of the pieces that a wave is cut into: two short ones first, for masses are soon known, and then each twice
-as long as the one before, for a width halves in four times the time, and each piece costs a way back to the station."""
+"""Lengths of the pieces that waves and laps are cut into: two short ones first, for masses are soon known, and then
+each twice as long as the one before, for a width halves in four times the time, and each piece costs a way back to the
+station."""
 _DRIVEN: Final = {
     0: ("surge_m_s", "push_surge_n"),
     1: ("sway_m_s", "push_sway_n"),
@@ -125,18 +126,24 @@ def flight_plan(name: str, depth_m: float, manoeuvres: Sequence[Sequence[Leg]]) 
 
 
 def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
-    """Cut a square wave into waves of FIRST_S, twice, and then of twice as much each, up to LONGEST_S; any other
-    manoeuvre stays whole."""
-    if len(legs) != 3:
-        return [tuple(legs)]
-    first, halves, last = legs
-    is_wave = first == last and halves.alternate % 2 and halves.duration_s == 2 * first.duration_s
-    if not is_wave:
-        return [tuple(legs)]
-    cycles, cycle_s = (halves.alternate + 1) // 2, 2 * halves.duration_s
+    """Cut what repeats, a square wave or laps, into pieces of FIRST_S, twice, and then of twice as much each, up to
+    LONGEST_S; any other manoeuvre stays whole."""
+    if len(legs) == 3:
+        first, halves, last = legs
+        if first == last and halves.alternate % 2 and halves.duration_s == 2 * first.duration_s:
+            sizes = _sizes((halves.alternate + 1) // 2, 2 * halves.duration_s)
+            return [(first, replace(halves, alternate=2 * size - 1), last) for size in sizes]
+    lengths = (length for length in range(1, len(legs) + 1) if len(legs) % length == 0)
+    cycle = next(tuple(legs[:n]) for n in lengths if tuple(legs[:n]) * (len(legs) // n) == tuple(legs))
+    cycle_s = sum(leg.duration_s * leg.alternate for leg in cycle)
+    return [cycle * size for size in _sizes(len(legs) // len(cycle), cycle_s)]
+
+
+def _sizes(cycles: int, cycle_s: float) -> list[int]:
+    """The cycles of each piece."""
     sizes: list[int] = []
     size = begin = max(1, round(FIRST_S / cycle_s))
     while (left := cycles - sum(sizes)) > 0:
         sizes.append(size if left - size >= begin else left)
         size = min(sum(sizes), max(1, round(LONGEST_S / cycle_s)))
-    return [(first, replace(halves, alternate=2 * size - 1), last) for size in sizes]
+    return sizes

@@ -59,8 +59,8 @@ narrower already counts by so little that it only decides between equals."""
 NO_AIMS: Final[Mapping[str, float]] = {}
 """All are narrowed alike."""
 
-LONGEST_S = 128.0
-"""A part is no longer, unless a block of it is: what the vehicle knows is weighed between the parts."""
+ENDLESS = 1_000_000
+"""More cycles than any dive has."""
 
 RESERVE_S, RESERVE_SHARE = 128.0, 0.25
 """Room is reserved for the drift of a manoeuvre of this length, but no more than this share unless a block needs it."""
@@ -292,8 +292,8 @@ def _within(family: Family, tank: Tank, limits: Limits, dofs: tuple[int, ...]) -
     if best is None:
         return None
     scale, manoeuvre, trial = best
-    spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else math.inf
-    most = max(family.cycles, int(min(spare**2, LONGEST_S / family.period_s)))
+    spare = (limits.space_m - trial.across_m) / drift_m if drift_m > 0 else ENDLESS
+    most = max(family.cycles, int(min(spare**2, ENDLESS)))
     information = of_motion(TICK_S, trial.nu, knowledge, dofs)
     timing = of_timing(TICK_S, trial.nu, knowledge, dofs)
     return _Candidate(family, scale, information, timing, manoeuvre.duration_s, most)

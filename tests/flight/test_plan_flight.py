@@ -90,6 +90,16 @@ def test_each_further_piece_of_a_wave_takes_as_long_as_all_before_it_up_to_a_min
     ]
 
 
+def test_laps_are_cut_between_one_and_the_next():
+    lap = (
+        Leg(3.0, "laps", yaw_rad_s=0.3, transient_s=3.0),
+        Leg(14.0, "laps", yaw_rad_s=0.3),
+        Leg(3.0, "laps", "rest"),
+    )
+    assert cut(lap) == [lap]
+    assert cut(lap * 7) == [lap, lap, lap * 2, lap * 3]
+
+
 def test_a_wave_of_any_length_keeps_all_its_cycles():
     for cycles in range(1, 40):
         pieces = cut((QUICK[0], replace(QUICK[1], alternate=2 * cycles - 1), QUICK[2]))
@@ -125,7 +135,7 @@ def test_a_plan_without_a_manoeuvre_or_with_one_that_cannot_be_flown_is_refused(
     with pytest.raises(ConfigError, match=r"plan\.yaml: leg 'all': drives 3 axes"):
         load_plan(path)
     with pytest.raises(ConfigError, match="manoeuvre 1 has 101 legs, and 100 can be flown"):
-        flight_plan("a", 1.5, [[Leg(1.0, push_surge_n=1.0)] * 101])
+        flight_plan("a", 1.5, [[Leg(1.0 + n, push_surge_n=1.0) for n in range(101)]])
 
 
 class Scripted:

@@ -230,12 +230,6 @@ def test_a_drag_that_the_time_of_the_thrust_hides_in_waves_is_told_by_turns_at_a
     assert known["I_r"] < 0.004
 
 
-def test_a_long_wave_comes_in_parts_between_which_a_flight_can_end(few):
-    few(square(16.0, PUSH))
-    plan = propose(TANK, Limits(), 240.0, [SURGE])
-    assert [part.manoeuvre.duration_s for part in plan.parts] == [112.0, 112.0]
-
-
 def test_time_goes_to_what_is_asked_to_be_known_best(few):
     few(square(4.0, PUSH), square(8.0, SPIN))
 
