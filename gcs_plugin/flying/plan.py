@@ -126,8 +126,8 @@ def flight_plan(name: str, depth_m: float, manoeuvres: Sequence[Sequence[Leg]]) 
 
 
 def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
-    """Cut what repeats, a square wave or laps, into pieces of FIRST_S, twice, and then of twice as much each, up to
-    LONGEST_S; any other manoeuvre stays whole."""
+    """Cut a square wave, or laps that each end at rest, into pieces of FIRST_S, twice, and then of twice as much each,
+    up to LONGEST_S; any other manoeuvre stays whole."""
     if len(legs) == 3:
         first, halves, last = legs
         if first == last and halves.alternate % 2 and halves.duration_s == 2 * first.duration_s:
@@ -135,6 +135,9 @@ def cut(legs: Sequence[Leg]) -> list[tuple[Leg, ...]]:
             return [(first, replace(halves, alternate=2 * size - 1), last) for size in sizes]
     lengths = (length for length in range(1, len(legs) + 1) if len(legs) % length == 0)
     cycle = next(tuple(legs[:n]) for n in lengths if tuple(legs[:n]) * (len(legs) // n) == tuple(legs))
+    # Legs that go on from one to the next make another motion where the vehicle stops in between.
+    if any(cycle[-1].velocity) or any(push is not None for push in cycle[-1].push):
+        return [tuple(legs)]
     cycle_s = sum(leg.duration_s * leg.alternate for leg in cycle)
     return [cycle * size for size in _sizes(len(legs) // len(cycle), cycle_s)]
 
