@@ -186,7 +186,7 @@ class ParameterTransfer:
             return
         # The last accepted values have changed: to this upload, or to those before the upload taken back.
         vehicle = ""
-        if self._read_of is not None and not self.back:
+        if self._read_of is not None:
             with contextlib.suppress(ParamError):
                 vehicle = vehicle_in(self._read_of[0])
         now = last_accepted(self._desk.receipts, shown.vehicle.system, vehicle)
