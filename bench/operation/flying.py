@@ -191,9 +191,10 @@ def words(results: dict[str, Data]) -> str:
         "## A plan that the vehicle flies by itself",
         paragraph(
             "`seatrial fly` on the simulated vehicle, asked for the widest interval that the paper's mission, flown as "
-            "by hand, leaves of any mass or damping that it tells to a tenth. Times are from the "
-            "start at the surface: the whole mission by hand, and the flight until all is known, countdown apart, with "
-            "the ways to its station and the identifications beside it. Medians."
+            "by hand, leaves of any mass or damping that it tells to a tenth, and in another flight for each of them "
+            "as well as by hand. Times are from the start at the surface: the whole mission by hand, and the flight "
+            "until all is known, countdown apart, with the ways to its station and the identifications beside it. "
+            "Medians."
         ),
         table(HEAD, rows),
         "What each knew then, half of the 95 % interval in per cent of the value, by hand and flown:",
