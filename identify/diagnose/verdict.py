@@ -183,8 +183,11 @@ def is_unknown(findings: Sequence[Finding], left: Unexplained, saved_nats: float
     It is if the causes only stand in for it, unless they close all of it on held-out pieces (`closes`: at most so much,
     NaN if unknown) and nothing is left: forces of no particular cause then save more by the remainder of a form alone.
     Where something is left, it is if the nats left exceed those that the causes save, if no cause is accepted, or if
-    the causes certainly close too little of the gap.
+    the causes certainly close too little of the gap. It also is if they act on the
+    motion and certainly close none of it.
     """
+    if closes <= 0 and any(cause.cause.effect.acts_on not in ("reading", "log") for cause in findings):
+        return True
     left_nats = unexplained_nats(left)
     if stand_in(left.instead, saved_nats):
         return bool(left_nats) or not closes >= WHOLE

@@ -174,6 +174,11 @@ def disturbed(share, driven):
         ((SURE,), instead(296.0), 286.0, 0.9, (), "explained"),
         ((SURE,), instead(1020.0), 1001.0, 0.9, (), "explained"),
         ((SURE,), instead(286.0, 20.0), 286.0, 0.9, (), "partly"),
+        # Causes with which the drift shrinks by nothing at most explain nothing.
+        ((SURE,), left_by(), 1831.0, 0.0, (), "unknown"),
+        ((SURE,), left_by(), 1831.0, -0.4, (), "unknown"),
+        # An error of a reading shrinks no drift, and is explained by that reading.
+        ((finding_of("gyro_bias"),), left_by(), 1831.0, 0.0, (), "explained"),
         # A cause that is hardly probable makes no other ambiguous.
         ((SURE, POSSIBLE), left_by(), 1831.0, 0.8, (), "explained"),
         ((POSSIBLE,), left_by(), 10.0, NAN, (), "ambiguous"),

@@ -277,6 +277,13 @@ def test_a_cause_less_probable_than_not_is_told_as_possible():
     assert unknown.endswith("Thrust bias (42 % probable) may explain part of the gap.")
 
 
+def test_a_cause_with_which_the_drift_does_not_shrink_explains_no_part_of_the_gap():
+    grown = diagnosis(verdict="unknown", character=UNKNOWN, heldout=Shrink(2.0, 2.3, -0.3, -0.9, -0.1))
+    assert wording.verdict_sentence(grown).endswith(
+        " It looks like quadratic drag, but with it the drift does not shrink on pieces held out."
+    )
+
+
 def test_what_is_recorded_and_not_the_motion_is_never_said_to_make_the_drift_fall():
     heard = Finding(Cause(WRONG_FEEDBACK_LOG, np.zeros(0)), (), {}, 0.9, {}, 0.0)
     assert "rests on another test" in read(diagnosis(findings=(heard,)))

@@ -112,6 +112,12 @@ def _verdict(diagnosis: Diagnosis) -> str:
     if diagnosis.verdict == "unknown":
         part = f" {capital(_explain(likely, 'part of the gap'))}." if likely else ""
         part += f" {capital(_may_explain(possible, 'part of the gap'))}." if possible else ""
+        if part and diagnosis.heldout is not None and diagnosis.heldout.at_most <= 0:
+            which = "them" if len(diagnosis.findings) > 1 else "it"
+            part = (
+                f" It looks like {_all(diagnosis.findings)}, but with {which} the drift does not shrink on pieces "
+                "held out."
+            )
         part = f"{part[:-1]}{contradiction_clause(diagnosis.heldout, diagnosis.check)}." if part else ""
         return f"Something is there that no candidate explains: {_unexplained(diagnosis, 'it')}.{part}"
     alike = [
