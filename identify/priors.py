@@ -20,6 +20,7 @@ from bridge.vehicle.config import Prior, dive_mark
 from identify.doubt import Culprit, Doubt, Outcome
 from identify.identification import LARGEST_RELATIVE_STD, Estimate, Identification, ThrustScale
 from identify.statistics import Z95
+from identify.words import decimals_for, fixed
 
 CONFLICT_SIGMA = 3.0
 """A prior further than this from the dive is left out: one of the two is wrong, and their mean would be wrong too."""
@@ -204,8 +205,8 @@ def _of_prior_alone(parameter: Estimate, priors: Mapping[str, Prior]) -> Estimat
 def _conflict(parameter: Estimate, prior: Prior, known: Known) -> Doubt:
     return Doubt(
         (parameter.name,),
-        f"The vehicle file's prior of {parameter.name}, {prior.value:.4g} ± {prior.std:.2g} "
-        f"{parameter.unit}{_source(prior)}, and the dive's {parameter.value:.4g} ± {parameter.std:.2g} are "
+        f"The vehicle file's prior of {parameter.name}, {_plus_minus(prior)} "
+        f"{parameter.unit}{_source(prior)}, and the dive's {_plus_minus(parameter)} are "
         f"{abs(known.distance(parameter.name, prior)):.1f} standard errors apart",
         "the prior was left out; see what changed on the vehicle, or weigh it anew.",
         Outcome.DISAGREES,
@@ -215,9 +216,7 @@ def _conflict(parameter: Estimate, prior: Prior, known: Known) -> Doubt:
 def _contradiction(near: Mapping[str, Prior], known: Mapping[str, Known]) -> Doubt:
     apart = {name: abs(known[name].distance(name, prior)) for name, prior in near.items()}
     worst = max(apart, key=lambda name: apart[name])
-    listed = ", ".join(
-        f"{n} {p.value:.4g} ± {p.std:.2g} {OF_HULL[n].unit}{_source(p)}" for n, p in near.items()
-    )
+    listed = ", ".join(f"{n} {_plus_minus(p)} {OF_HULL[n].unit}{_source(p)}" for n, p in near.items())
     return Doubt(
         tuple(near),
         f"The vehicle file's priors contradict each other, {worst} the others by {apart[worst]:.1f} standard errors "
@@ -238,6 +237,11 @@ def _of_this_dive(names: Collection[str]) -> tuple[Doubt, ...]:
     return (Doubt(tuple(names), problem, remedy, culprit=Culprit.PRIOR),)
 
 
+def _plus_minus(of: Prior | Estimate) -> str:
+    decimals = decimals_for(of.std)
+    return f"{fixed(of.value, decimals)} ± {fixed(of.std, decimals)}"
+
+
 def _source(prior: Prior) -> str:
     return f" ({prior.source})" if prior.source else ""
 
@@ -249,7 +253,7 @@ def _words(priors: Mapping[str, Prior], taken: Mapping[str, Prior], fitted: Sequ
         return ("The method states no interval, so the vehicle file's priors were not joined with it.",)
     if not taken:
         return ()
-    names = ", ".join(f"{name} {p.value:.4g} ± {p.std:.2g} {OF_HULL[name].unit}" for name, p in taken.items())
+    names = ", ".join(f"{name} {_plus_minus(p)} {OF_HULL[name].unit}" for name, p in taken.items())
     return (f"Priors of the vehicle file are part of the values: {names}.",)
 
 

@@ -88,8 +88,8 @@ def _accuracy(answer: Identification) -> str:
             if (c := BY_NAME[e.name]).kind == kind and (c.dof >= ROLL) == turning and e.name not in paired
         ]
 
-    told = (f for f in answer.drag_forces if f.relative_std <= LARGEST_RELATIVE_STD)
-    forces = [(f.high95 - f.low95) / 2 / f.force for f in told]
+    known_forces = (f for f in answer.drag_forces if f.relative_std <= LARGEST_RELATIVE_STD)
+    forces = [(f.high95 - f.low95) / 2 / f.force for f in known_forces]
     shares = {
         "masses": of("mass", turning=False),
         "inertias": of("mass", turning=True),

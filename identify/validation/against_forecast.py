@@ -177,9 +177,9 @@ def _held(row: ForecastRow, error: "WholeError", sea: float) -> Held:
 def sea_of(errors: Sequence["WholeError"]) -> dict[str, float]:
     """How far the sea moves each axis, by the rms while nothing is asked of the vehicle. It comes from one side, and a
     vehicle that turns meets it in surge and in sway: both have the larger of their two."""
-    rest = {error.axis: error.rest for error in errors if math.isfinite(error.rest)}
-    level = [rest[axis] for axis in LEVEL if axis in rest]
-    return rest | (dict.fromkeys(LEVEL, max(level)) if level else {})
+    at_rest = {error.axis: error.rest for error in errors if math.isfinite(error.rest)}
+    level = [at_rest[axis] for axis in LEVEL if axis in at_rest]
+    return at_rest | (dict.fromkeys(LEVEL, max(level)) if level else {})
 
 
 @dataclass(frozen=True)

@@ -143,7 +143,7 @@ def test_priors_that_each_fit_the_dive_but_not_each_other_are_all_left_out_and_d
     (doubt,) = answer.doubts
     assert doubt.about == ("M_u", "M_v")
     assert "contradict each other" in doubt.sentence
-    assert "123 ± 0.49 kg (towed)" in doubt.sentence
+    assert "123.00 ± 0.49 kg (towed)" in doubt.sentence
     assert answer["M_u"].value == pytest.approx(111.7)
     assert not answer.thrust_scale.weighed
 

@@ -88,11 +88,11 @@ def with_beginnings(search: Search, library: Sequence[Effect], start_s: float) -
     its times are told.
     """
     for _ in range(ROUNDS):
-        found = _with_more(search, (*library, *search.beginnings), start_s)
-        if found is search:
+        wider = _with_more(search, (*library, *search.beginnings), start_s)
+        if wider is search:
             break
-        before, search = search, found
-        if _begun_in(found) <= _begun_in(before):
+        before, search = search, wider
+        if _begun_in(wider) <= _begun_in(before):
             break
     return search
 

@@ -46,12 +46,12 @@ def with_coefficients(model: Nominal, of: Nominal) -> Array:
     mass, damping = coefficients(of.joint, of.theta)
     quadratic = quadratic_of(of.joint, of.theta)
     for problem, of_axis, at in zip(joint.problems, joint.slices, joint.mass_indices, strict=True):
-        dof, own = problem.axis.dof, theta[of_axis]
+        dof, of_dof = problem.axis.dof, theta[of_axis]
         if damping[dof] > 0:
-            own[MASS] = theta[at] = np.log(mass[dof])
-            own[DAMPING] = np.log(damping[dof])
+            of_dof[MASS] = theta[at] = np.log(mass[dof])
+            of_dof[DAMPING] = np.log(damping[dof])
         if problem.damped != "linear" and quadratic[dof] > 0:
-            own[problem.quadratic_index] = np.log(quadratic[dof])
+            of_dof[problem.quadratic_index] = np.log(quadratic[dof])
     rows = regression_of(joint, theta, model.feedback_maybe_unrecorded)
     kept = sorted({*joint.mass_indices, *mean_indices(joint)})
     trims = [at for at in kept if at not in logarithms(joint)]

@@ -131,9 +131,8 @@ def _rests_on_gravity(
     named = [t.name for t in totals if t.identifiable and t.name in built.rest_on_righting]
     if not named:
         return ()
-    rest = "rests" if len(named) == 1 else "rest"
     return (
-        f"{', '.join(named)} {rest} on the vehicle file's centre of gravity, "
+        f"{', '.join(named)} rest{'s' * (len(named) == 1)} on the vehicle file's centre of gravity, "
         f"{1000 * configuration.centre_of_gravity_below_buoyancy_m:.0f} mm below buoyancy: no thruster pushed there.",
     )
 

@@ -371,11 +371,11 @@ class AxisLikelihood:
         """The readings (n,) with a sensor's spikes at `theta` replaced by NaN; as they are if too many would be left
         out."""
         axis, read = self.axis, np.isfinite(self.axis.reading)
-        found = spikes(partial(self.filtered, theta), axis.state_read, np.cumsum(axis.step < NO_STEP))
-        left_out = found | (read & ~np.isfinite(self.reading))
+        is_spike = spikes(partial(self.filtered, theta), axis.state_read, np.cumsum(axis.step < NO_STEP))
+        left_out = is_spike | (read & ~np.isfinite(self.reading))
         if left_out.sum() > LARGEST_SHARE * read.sum():
             return self.reading
-        return np.where(found, np.nan, self.reading)
+        return np.where(is_spike, np.nan, self.reading)
 
 
 @dataclass(frozen=True)

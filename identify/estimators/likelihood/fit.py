@@ -170,12 +170,12 @@ def _taken_apart(joint: JointLikelihood, maximum: Maximum, stopped_at: str) -> J
             stretch[row] = stretches(joint, maximum.theta, at)
         else:
             stretch[row] = stretches(fits[dof].problem, fits[dof].maximum.theta, at - starts[dof])
-    told = [
+    parameters = [
         at
         for of_axis, mass in zip(joint.slices, joint.mass_indices, strict=True)
         for at in (mass, of_axis.start + DAMPING, of_axis.start + FORCES)
     ]
-    information = joint.projected(maximum.information, np.array(told))
+    information = joint.projected(maximum.information, np.array(parameters))
     return JointFit(fits, log_value, covariance, stretch, information, stopped_at, joint, maximum.theta)
 
 
