@@ -36,6 +36,15 @@ LEAST_BETTER = 0.2
 """Least advantage in correlation of the better of two frames."""
 
 DEGREES = 180.0 / math.pi
+TURNS = {
+    theirs / ours: "it is in degrees, or the attitude is"
+    if (unit, taken) == ("deg/s", "rad/s")
+    else f"it is in {unit}, taken for {taken}"
+    for taken, ours in UNITS["gyro"].items()
+    for unit, theirs in UNITS["gyro"].items()
+    if unit != taken
+}
+"""Factors from a rate of turn in a wrong unit to the right, and what is wrong."""
 LENGTHS = {
     100.0: "centimetres", 1000.0: "millimetres", 1 / FOOT_M: "feet", 1 / INCH_M: "inches", 0.01: "", 0.001: "",
     FOOT_M: "",
@@ -319,7 +328,7 @@ def _turns_alike(dive: Dive) -> bool:
 
 
 def _turns(dive: Dive) -> tuple[Mend, ...]:
-    """Gyro against the attitude's turning: swapped axes, signs, degrees."""
+    """Gyro against the attitude's turning: swapped axes, signs, units."""
     table = turn_table(dive)
     if table is None:
         return ()
@@ -329,10 +338,9 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
     factors = [1.0, 1.0, 1.0]
     for axis, match in clear.items():
         factors[axis] = math.copysign(1.0, match.ratio)
-    ratios = [abs(match.ratio) for match in clear.values()]
-    unit = unit_factor(float(np.median(ratios)), (DEGREES, 1 / DEGREES)) if ratios else None
-    # unit_factor mends the attitude; here the gyro is mended.
-    factors = [factor / (unit or 1.0) for factor in factors]
+    ratio = float(np.median([abs(match.ratio) for match in clear.values()])) if clear else 1.0
+    unit = next((each for each in TURNS if each / NEAR_UNIT < ratio < each * NEAR_UNIT), 1.0)
+    factors = [factor * unit for factor in factors]
     if order == (0, 1, 2) and factors == [1.0, 1.0, 1.0]:
         return ()
     wrong = [
@@ -342,11 +350,7 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
             if min(factors) < 0
             else []
         ),
-        *(
-            ["it is in degrees, or the attitude is" if unit and unit > 1 else "its unit is not as taken"]
-            if unit
-            else []
-        ),
+        *([TURNS[unit]] if unit in TURNS else []),
     ]
     evidence = "; ".join(f"{_AXES[axis]}: {match.words}" for axis, match in clear.items())
     problem = f"The gyro contradicts how the attitude turns ({evidence}): {' and '.join(wrong)}"
