@@ -127,6 +127,18 @@ def test_a_velocity_in_feet_is_found_by_a_pressure_where_no_depth_is_recorded():
     assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.3048,) * 3))
 
 
+def test_an_absolute_pressure_in_bar_that_was_taken_for_dbar_from_the_surface_loses_the_airs_again():
+    right = dive()
+    wrong = replace(right, pressure=Signal(READ["t"], 0.1 * READ["pressure"][:, None] + 101325.0))
+    (mend,) = mends(wrong)
+    assert (mend.signal, mend.factors, mend.offset) == ("pressure", (10.0,), -1013250.0)
+    assert mended(wrong, mend).pressure.value == pytest.approx(right.pressure.value, rel=1e-9)
+
+
+def test_a_right_pressure_is_left_alone_where_the_depth_is_in_a_unit_that_no_map_knows():
+    assert [mend for mend in mends(changed("depth", (10.0,))) if mend.signal == "pressure"] == []
+
+
 @pytest.mark.parametrize("factor", [1.0, 1e-4])
 def test_a_pressure_that_counts_from_the_surface_gets_the_airs(factor):
     right = dive()

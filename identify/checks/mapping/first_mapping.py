@@ -177,17 +177,20 @@ def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
         return ()
     deep_m, over_pa = float(np.median(depth.value)), float(np.median(pressure.at(depth.time_s)))
     as_it_is = over_pa - PASCALS_PER_METRE * deep_m / match.ratio
-    if abs(as_it_is - AIR_PA) < FITS_AIR * AIR_PA:
+    fits = abs(as_it_is - AIR_PA) < FITS_AIR * AIR_PA
+    if fits and unit_factor(match.ratio, (1.0, *LENGTHS)) is not None:
         return ()
+    # In a unit ten times as large, an absolute pressure looks as if it counted from the surface, and gets the air's.
+    added = AIR_PA if fits else 0.0
     changes = f"Depth changes by {match.ratio:.3g} times what pressure comes to"
     for factor, unit in {1.0: "", **PRESSURES}.items():
         if not factor / NEARER_UNIT < match.ratio < factor * NEARER_UNIT:
             continue
         in_unit = f", as {unit}" if unit else ""
-        at_surface = factor * over_pa - PASCALS_PER_METRE * deep_m
+        at_surface = factor * (over_pa - added) - PASCALS_PER_METRE * deep_m
         if unit and abs(at_surface - AIR_PA) < FITS_AIR * AIR_PA:
-            return (column_mend("pressure", (factor,), f"{changes}{in_unit}"),)
-        if abs(at_surface) < FITS_AIR * AIR_PA:
+            return (column_mend("pressure", (factor,), f"{changes}{in_unit}", offset=-factor * added),)
+        if not fits and abs(at_surface) < FITS_AIR * AIR_PA:
             problem = f"{changes}{in_unit}, and it is 0 at the surface: it counts from the surface"
             return (column_mend("pressure", (factor,), problem, offset=AIR_PA),)
     return ()
