@@ -431,11 +431,11 @@ def _damage(frames: Frames) -> tuple[str, ...]:
     lost, skipped = frames.counts.get("checksum", 0), frames.counts.get("skipped", 0)
     notes = []
     if lost:
-        are = f"{lost} stretches ({skipped} bytes) are" if lost > 1 else f"1 stretch ({skipped} bytes) is"
+        of = f"({skipped} byte{'' if skipped == 1 else 's'})"
+        are = f"{lost} stretches {of} are" if lost > 1 else f"1 stretch {of} is"
         done = "were" if lost > 1 else "was"
-        notes.append(
-            f"{are} damaged or of another dialect and {done} skipped; {len(frames)} messages were read."
-        )
+        read = "1 message was" if len(frames) == 1 else f"{len(frames)} messages were"
+        notes.append(f"{are} damaged or of another dialect and {done} skipped; {read} read.")
     empty = frames.counts.get("files empty", 0)
     if empty:
         files = f"{empty} of its files hold" if empty > 1 else "1 of its files holds"

@@ -147,9 +147,12 @@ class _TopicColumns:
         if self.undefined:
             return None
         if self._misfits:
+            of, fit, were = (
+                ("message", "doesn't", "was") if self._misfits == 1 else ("messages", "don't", "were")
+            )
             notes.append(
-                f"{self._misfits} messages of {self.topic.name} don't fit the definition of {self.topic.type} and "
-                "were left out."
+                f"{self._misfits} {of} of {self.topic.name} {fit} fit the definition of {self.topic.type} and {were} "
+                "left out."
             )
         columns = _joined(self._pieces)
         if not columns.keys() - {RECEIVED, HEADER_STAMP}:
