@@ -325,9 +325,9 @@ def _quaternion_order(dive: Dive) -> tuple[Mend, ...]:
 def _turns_alike(dive: Dive) -> bool:
     """Whether gyro and attitude turn alike about two axes at least, and about none otherwise."""
     table = turn_table(dive)
-    own = [match for axis in range(3) if (match := table[axis][axis]) is not None] if table else []
-    alike = [m for m in own if m.correlation > CLEAR and 1 / NEAR_UNIT < m.ratio < NEAR_UNIT]
-    return len(alike) >= 2 and len(alike) == len(own)
+    matches = [match for axis in range(3) if (match := table[axis][axis]) is not None] if table else []
+    alike = [m for m in matches if m.correlation > CLEAR and 1 / NEAR_UNIT < m.ratio < NEAR_UNIT]
+    return len(alike) >= 2 and len(alike) == len(matches)
 
 
 def _turns(dive: Dive) -> tuple[Mend, ...]:
