@@ -13,13 +13,16 @@ Anyone who knows the seed can make the answers again: keep it from those who are
 import hashlib
 import json
 import os
+import shutil
 from collections.abc import Callable, Sequence
+from contextlib import ExitStack
 from itertools import count
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from bridge.errors import LogError
-from bridge.files import check_small, read_small, write_whole
+from bridge.files import PART, check_small, read_small, write_whole
 from identify.challenge.case import Case, check_of, dive_of, draw_case
 from identify.challenge.tlog import tlog_of
 
@@ -70,29 +73,36 @@ def seal(
 
     Effects in `without` are hidden only as unknown effects: the diagnosing library leaves them out.
 
-    Raises LogError if the folder, its key or its hash exists already or can't be written.
+    What fails or is interrupted leaves none of the three. Raises LogError if the folder, its key or its hash exists
+    already or can't be written.
     """
     if not 1 <= cases < SEEDS:
         raise LogError(f"{cases} cases can't be sealed; ask for 1 to {SEEDS - 1}")
     truths: list[dict[str, Any]] = []
-    for path in (key_path(folder), hash_path(folder)):
+    for path in (folder, key_path(folder), hash_path(folder)):
         if path.exists():
             raise LogError(f"{path}: exists already and is never overwritten; name another folder")
     try:
-        folder.mkdir(parents=True)
-        write_key(key_path(folder), key)
-        for number in range(1, cases + 1):
-            case = draw_case(seed * SEEDS + number, name=f"case_{number:03d}", without=without)
-            _write(folder / case.name, case)
-            truths.append(case.truth())
-            progress(number / cases, f"sealing {case.name}")
-        sealed = {"version": 2, "seed": seed, "without": list(without), "cases": truths}
-        data = locked((json.dumps(sealed, allow_nan=False) + "\n").encode(), key)
-        digest = hashlib.sha256(data).hexdigest()
-        write_whole(hash_path(folder), f"{digest}  {folder.name}/{ANSWERS}\n")
-        (folder / ANSWERS).write_bytes(data)
-    except FileExistsError:
-        raise LogError(f"{folder}: exists already and is never overwritten; name another folder") from None
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        beside = TemporaryDirectory(dir=folder.parent, prefix=f"{folder.name}.", suffix=PART)
+        with beside as place, ExitStack() as undo:
+            partial = Path(place) / "cases"
+            partial.mkdir()
+            for number in range(1, cases + 1):
+                case = draw_case(seed * SEEDS + number, name=f"case_{number:03d}", without=without)
+                _write(partial / case.name, case)
+                truths.append(case.truth())
+                progress(number / cases, f"sealing {case.name}")
+            sealed = {"version": 2, "seed": seed, "without": list(without), "cases": truths}
+            data = locked((json.dumps(sealed, allow_nan=False) + "\n").encode(), key)
+            digest = hashlib.sha256(data).hexdigest()
+            (partial / ANSWERS).write_bytes(data)
+            partial.rename(folder)
+            undo.callback(shutil.rmtree, folder, ignore_errors=True)
+            write_key(key_path(folder), key)
+            undo.callback(key_path(folder).unlink)
+            write_whole(hash_path(folder), f"{digest}  {folder.name}/{ANSWERS}\n")
+            undo.pop_all()
     except OSError as error:
         raise LogError(f"{folder}: can't be written ({error.strerror}); name another folder") from None
     return digest

@@ -3,11 +3,13 @@
 import hashlib
 import json
 import os
+import signal
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
+from bridge import exit_codes
 from bridge.errors import LogError
 from identify.challenge.answer import answer_of, errors, read_answer
 from identify.challenge.case import draw_case, left_out
@@ -429,9 +431,56 @@ def test_a_folder_whose_name_is_no_text_is_sealed_too(tmp_path, monkeypatch):
     assert unsealed(folder, digest) == [{"name": "case_001"}]
 
 
-def test_an_existing_folder_is_never_sealed_over(sealed):
+def test_an_existing_folder_is_never_sealed_over(sealed, tmp_path):
     with pytest.raises(LogError, match="exists already"):
         seal(sealed[0], 1, 31, "a key", lambda *_: None)
+    with pytest.raises(LogError, match="exists already"):
+        seal(tmp_path, 1, 31, "a key", lambda *_: None)
+    assert [*tmp_path.iterdir()] == []
+
+
+@pytest.mark.parametrize("place", ["identify.challenge.seal._write", "identify.challenge.seal.write_whole"])
+@pytest.mark.parametrize("ended", [OSError(28, "No space left on device"), KeyboardInterrupt()])
+def test_a_sealing_that_is_cut_short_leaves_nothing_that_blocks_the_next(tmp_path, monkeypatch, place, ended):
+    monkeypatch.setattr("identify.challenge.case.Case.truth", lambda case: {"name": case.name})
+    monkeypatch.setattr("identify.challenge.seal._write", lambda folder, _: folder.mkdir())
+    folder = tmp_path / "cases"
+
+    def cut(*_):
+        raise ended
+
+    with monkeypatch.context() as short:
+        short.setattr(place, cut)
+        with pytest.raises((LogError, KeyboardInterrupt)):
+            seal(folder, 1, 31, "a key", lambda *_: None)
+    assert [*tmp_path.iterdir()] == []
+    digest = seal(folder, 1, 31, "a key", lambda *_: None)
+    assert {path.name for path in tmp_path.iterdir()} == {"cases", "cases.key", "cases.sha256"}
+    assert unsealed(folder, digest) == [{"name": "case_001"}]
+
+
+def test_the_hash_of_sealed_answers_is_there_only_once_they_are(tmp_path, monkeypatch):
+    monkeypatch.setattr("identify.challenge.case.Case.truth", lambda case: {"name": case.name})
+    folder = tmp_path / "cases"
+    there = []
+    monkeypatch.setattr("identify.challenge.seal._write", lambda made, _: made.mkdir())
+    monkeypatch.setattr(
+        "identify.challenge.seal.write_whole", lambda *_: there.append((folder / "answers.sealed").exists())
+    )
+    seal(folder, 1, 31, "a key", lambda *_: there.append(folder.exists()))
+    assert there == [False, True]
+
+
+def test_a_signal_that_ends_the_sealing_is_told_and_leaves_nothing(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("identify.challenge.seal._write", lambda *_: os.kill(os.getpid(), signal.SIGTERM))
+    before = signal.signal(signal.SIGTERM, lambda *_: None)
+    words = ["challenge", "seal", "--cases", "1", "--seed", "7", "--out", str(tmp_path / "cases")]
+    try:
+        assert main(words) == exit_codes.INTERRUPTED
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert "stopped before it was done" in capsys.readouterr().err
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_nothing_in_the_folder_says_what_hides_and_the_key_is_its_owners(sealed):

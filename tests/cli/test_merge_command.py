@@ -11,6 +11,7 @@ from autopilot_log import Turning, heard, logged
 from bridge import exit_codes
 from bridge.wire.whole_recording import WHOLE
 from tui import cli
+from tui.commands.merge import guessed_words
 
 
 @pytest.fixture
@@ -74,6 +75,13 @@ def test_the_commands_of_the_how_to_do_what_it_says(tmp_path, monkeypatch):
     assert sorted(file.name for file in folder.iterdir()) == [
         "00000042.BIN", second.name, "telemetry.tlog", WHOLE
     ]  # fmt: skip
+
+
+def test_one_frame_whose_time_is_a_guess_is_called_one_frame():
+    assert guessed_words(1).startswith("When 1 frame of it was sent is a guess")
+    assert guessed_words(1).endswith("and it is dated from the end of the one before")
+    assert guessed_words(2).startswith("When 2 frames of it were sent is a guess")
+    assert guessed_words(2).endswith("and they are dated from the end of the one before")
 
 
 def test_a_pipe_under_the_name_of_the_log_is_named_and_not_waited_for(folder, tmp_path, refused):

@@ -2,6 +2,8 @@
 
 import gzip
 import json
+import os
+import signal
 import socket
 from pathlib import Path
 
@@ -225,6 +227,25 @@ def test_an_import_onto_a_full_disk_names_what_it_was_to_write_and_can_be_made_a
     assert f"{out / name}: can't be written (No space left on device)" in said
     assert str(recording) not in said
     assert not out.exists()
+    assert cli.main(words) == exit_codes.DONE
+
+
+def test_an_import_that_is_ended_by_a_signal_leaves_no_folder_and_can_be_made_again(
+    recording, tmp_path, monkeypatch, capsys
+):
+    out = tmp_path / "dives" / "lake"
+    words = ["import", str(recording), "--out", str(out)]
+    monkeypatch.setattr(
+        "tui.commands.import_.DiveFolder.describe", lambda *_: os.kill(os.getpid(), signal.SIGTERM)
+    )
+    before = signal.signal(signal.SIGTERM, lambda *_: None)
+    try:
+        assert cli.main(words) == exit_codes.INTERRUPTED
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert "stopped before it was done" in capsys.readouterr().err
+    assert not out.exists()
+    monkeypatch.undo()
     assert cli.main(words) == exit_codes.DONE
 
 

@@ -50,6 +50,11 @@ CHANGES = [
     ("gyro", (1.0, -1.0, 1.0), ()),
     ("gyro", (1.0, 1.0, -1.0), ()),
     ("gyro", (np.degrees(1.0),) * 3, ()),
+    ("gyro", (np.radians(1.0),) * 3, ()),
+    ("gyro", (1e3,) * 3, ()),
+    ("gyro", (1e3 * np.radians(1.0),) * 3, ()),
+    ("gyro", (1e-3,) * 3, ()),
+    ("gyro", (1e-3 * np.degrees(1.0),) * 3, ()),
     ("gyro", (1.0, 1.0, 1.0), (1, 0, 2)),
     ("gyro", (1.0, -1.0, -1.0), ()),
     ("attitude", (1.0, -1.0, -1.0), ()),
@@ -94,6 +99,10 @@ def test_a_signal_that_was_changed_is_found_and_mended_back(name, factors, order
         ("depth", 1 / 0.0254, "it is in inches"),
         ("velocity", 3600 / 1852, "it is in knots"),
         ("velocity", 1 / 0.3048, "it is in ft/s"),
+        ("gyro", np.degrees(1.0), "it is in degrees, or the attitude is"),
+        ("gyro", np.radians(1.0), "it is in rad/s, taken for deg/s"),
+        ("gyro", 1e3, "it is in mrad/s, taken for rad/s"),
+        ("gyro", 1e3 * np.radians(1.0), "it is in mrad/s, taken for deg/s"),
         ("pressure", 1e5 / 6894.757293168361, "as psi taken for bar"),
         ("pressure", 0.001, "as kPa taken for Pa"),
     ],
@@ -116,6 +125,18 @@ def test_a_depth_in_feet_is_found_by_heave_alone_and_a_velocity_in_feet_by_a_dep
 def test_a_velocity_in_feet_is_found_by_a_pressure_where_no_depth_is_recorded():
     (mend,) = mends(without(changed("velocity", (1 / 0.3048,) * 3), "depth", "specific_force"))
     assert (mend.signal, mend.factors) == ("velocity", pytest.approx((0.3048,) * 3))
+
+
+def test_an_absolute_pressure_in_bar_that_was_taken_for_dbar_from_the_surface_loses_the_airs_again():
+    right = dive()
+    wrong = replace(right, pressure=Signal(READ["t"], 0.1 * READ["pressure"][:, None] + 101325.0))
+    (mend,) = mends(wrong)
+    assert (mend.signal, mend.factors, mend.offset) == ("pressure", (10.0,), -1013250.0)
+    assert mended(wrong, mend).pressure.value == pytest.approx(right.pressure.value, rel=1e-9)
+
+
+def test_a_right_pressure_is_left_alone_where_the_depth_is_in_a_unit_that_no_map_knows():
+    assert [mend for mend in mends(changed("depth", (10.0,))) if mend.signal == "pressure"] == []
 
 
 @pytest.mark.parametrize("factor", [1.0, 1e-4])

@@ -19,6 +19,7 @@ from soak import rest_in_soak
 from bridge import exit_codes
 from bridge.errors import LogError
 from identify.ingest.files.streams import Stream, Streams
+from identify.ingest.mapping.proposal_of_runs import propose
 from identify.ingest.open import read_dive
 from identify.ingest.ros.bags import bag_files, read_bag
 from identify.ingest.ros.db3 import rows_in
@@ -34,6 +35,14 @@ ROWS = np.arange(COUNT)
 
 def topics(recorded: Streams) -> dict[str, Stream]:
     return {stream.name: stream for stream in recorded.streams}
+
+
+def test_one_message_that_does_not_fit_is_called_one_message(tmp_path: Path) -> None:
+    file = write_bag(tmp_path, "db3", swim(ROS2, 5))
+    with closing(sqlite3.connect(file)) as database, database:
+        database.execute("UPDATE messages SET data = substr(data, 1, length(data) - 20) WHERE id = 1")
+    said = "1 message of /imu doesn't fit the definition of sensor_msgs/msg/Imu and was left out."
+    assert said in read_bag([file]).notes
 
 
 def read_or_refused(file: Path) -> tuple[Streams, str]:
@@ -76,6 +85,42 @@ def test_a_message_whose_header_is_not_filled_in_has_no_stamp(tmp_path: Path) ->
             message.header.stamp.sec = message.header.stamp.nanosec = 0
     stamp_s = topics(read_bag([write_bag(tmp_path, "mcap", messages)]))["/imu"].columns["stamp"]
     assert np.isnan(stamp_s).tolist() == [True, False, False, False]
+
+
+@pytest.mark.parametrize("form", ["bag", "mcap"])
+@pytest.mark.parametrize("unmeasured", ["orientation", "angular_velocity", "linear_acceleration"])
+def test_what_an_imu_says_by_its_covariance_that_it_does_not_measure_is_unknown(
+    tmp_path: Path, form: str, unmeasured: str
+) -> None:
+    messages = swim(store_of(form), 4)
+    for name, _, _, message in messages[:6]:
+        if name == "/imu":
+            getattr(message, f"{unmeasured}_covariance")[0] = -1.0
+    recorded = read_bag([write_bag(tmp_path, form, messages)])
+    columns = topics(recorded)["/imu"].columns
+    for field in ("orientation.w", "orientation.x", "angular_velocity.z", "linear_acceleration.z"):
+        is_unknown = field.startswith(unmeasured)
+        assert np.isnan(columns[field]).tolist() == [is_unknown, is_unknown, False, False]
+    said = f"By its covariance, /imu does not measure {unmeasured}: taken for no reading."
+    assert [note for note in recorded.notes if "covariance" in note] == [said]
+
+
+def test_an_orientation_that_no_sensor_measured_is_proposed_for_no_attitude(tmp_path: Path) -> None:
+    messages = swim(ROS2, COUNT)
+    for k, (name, _, _, message) in enumerate(messages):
+        if name == "/imu":
+            message.orientation.y, message.orientation.w = np.sin(k / 300), np.cos(k / 300)
+    assert "quaternion" in proposed_signals(tmp_path / "measured", messages)
+    for name, _, _, message in messages:
+        if name == "/imu":
+            message.orientation_covariance[0] = -1.0
+    assert "quaternion" not in proposed_signals(tmp_path / "unmeasured", messages)
+
+
+def proposed_signals(folder: Path, messages: list[Any]) -> set[str]:
+    folder.mkdir()
+    file = write_bag(folder, "mcap", messages)
+    return set(propose(read_bag([file]).streams, file).columns.signals())
 
 
 def test_a_header_that_is_never_filled_in_gives_the_time_of_the_log(tmp_path: Path) -> None:

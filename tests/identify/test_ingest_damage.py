@@ -79,7 +79,7 @@ def test_one_wild_time_moves_nothing_but_its_own_message(tmp_path: Path) -> None
     dive = read_dive(write(tmp_path / "wild.tlog", recording(stamped)))
     assert dive.velocity.time_s == pytest.approx(honest.velocity.time_s, abs=0.03)
     assert dive.span_s == honest.span_s
-    assert "1 messages state a time that can't be; when they arrived is taken." in dive.notes
+    assert "1 message states a time that can't be; when it arrived is taken." in dive.notes
     assert not any("restarted" in note for note in dive.notes)
 
 

@@ -131,6 +131,16 @@ def test_a_log_brings_no_pressure_beside_a_depth_that_was_heard(tmp_path):
     assert "pressure" not in merged(fields, [telemetry], log)
 
 
+def test_of_a_pressure_that_was_heard_a_log_fills_no_holes(tmp_path):
+    turning = Turning()
+    folder = folder_of(tmp_path, turning)
+    log = logged(tmp_path / "7.bin", turning, since_its_own_boot(), sinks=True)
+    telemetry = folder / "telemetry.tlog"
+    seldom = Signal(np.array([50.0, 150.0, 250.0]), np.array([[1.2e5], [1.3e5], [1.4e5]]))
+    fields = read_tlog([telemetry], "t") | {"pressure": seldom}
+    assert merged(fields, [telemetry], log)["pressure"] is seldom
+
+
 def test_the_frame_that_a_log_states_is_held_against_the_vehicle_file_where_none_was_heard(tmp_path):
     turning = Turning()
     folder = folder_of(tmp_path, turning)

@@ -65,6 +65,14 @@ def test_rows_of_no_run_are_left_out_and_counted(folder):
     assert "150 rows without a run in 'trial' were left out." in dives[0].notes
 
 
+def test_one_row_of_no_run_is_called_one_row(folder):
+    path = table(folder, (1, None, 2))
+    lines = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join([*lines[:152], *lines[301:]]) + "\n", encoding="utf-8")
+    dives = read_dives(path, folder / "columns.yaml")
+    assert "1 row without a run in 'trial' was left out." in dives[0].notes
+
+
 def test_a_run_that_cannot_be_read_is_left_out_and_named(folder):
     path = table(folder, (1, 2, 3))
     rows = [line.split(",") for line in path.read_text(encoding="utf-8").splitlines()]

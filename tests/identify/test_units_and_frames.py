@@ -111,6 +111,17 @@ def test_a_pressure_from_the_surface_gets_the_airs_and_is_to_be_checked():
     assert "it counts from the surface" in choice.reasons[0]
 
 
+@pytest.mark.parametrize(("named", "unit", "pascals"), [("dbar", "bar", 1e5), ("bar", "dbar", 1e4)])
+def test_an_absolute_pressure_whose_name_says_another_unit_is_mended_by_the_depth(named, unit, pascals):
+    columns = usual(READ)
+    columns[f"pressure_{named}"] = columns.pop("pressure") / pascals
+    proposal = proposed(columns)
+    pressure = proposal.columns.pressure
+    assert (pressure.unit, pressure.offset, pressure.scale) == (unit, (), ())
+    fields = dive_fields(Streams(table(columns)), proposal.columns, LOG)
+    assert fields["pressure"].value == pytest.approx(READ["pressure"][:, None], rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("frame", "velocity"),
     [

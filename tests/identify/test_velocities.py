@@ -141,11 +141,41 @@ def test_an_odometry_in_axes_of_the_earth_without_an_attitude_is_turned_by_the_r
     assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (196, 1)), abs=1e-4)
 
 
-def test_an_odometry_of_axes_that_nobody_knows_is_left_for_the_next_best(tmp_path):
+def test_an_odometry_of_axes_that_nobody_knows_is_left_for_the_next_best_and_told(tmp_path):
     def message_at(t):
         return odometry(t, (SURGE, SWAY, SINK), frame=20, child=13)
 
-    assert read(tmp_path, message_at, system=1).velocity is None
+    dive = read(tmp_path, message_at, system=1)
+    assert dive.velocity is None
+    assert "The velocity of ODOMETRY in child_frame_id 13 was not read." in dive.notes
+
+
+@pytest.mark.parametrize("other", [1, 13])
+def test_beside_an_odometry_in_body_axes_one_in_others_is_told_once_and_spoils_nothing(tmp_path, other):
+    """The other comes from a filter that fuses accelerations."""
+
+    def message_at(t):
+        if round(10 * t) % 4 == 0:
+            return odometry(t, (9.0, 9.0, 9.0), frame=20, child=other, kind=8)
+        return odometry(t, (SURGE, SWAY, SINK))
+
+    dive = read(tmp_path, message_at, system=1)
+    assert dive.velocity.value == pytest.approx(np.tile([SURGE, SWAY, SINK], (147, 1)), abs=1e-6)
+    told = f"The velocity of ODOMETRY in child_frame_id {other} was not read; that in child_frame_id 12 was."
+    assert [note for note in dive.notes if "ODOMETRY" in note] == [told]
+
+
+def test_where_the_filters_odometry_is_read_another_beside_it_makes_it_no_sensors(tmp_path):
+    def message_at(t):
+        is_other = round(10 * t) % 4 == 0
+        return odometry(t, (SURGE, SWAY, SINK), child=13 if is_other else 12, kind=0 if is_other else 8)
+
+    assert read(tmp_path, message_at, system=1).velocity_is_filtered
+
+
+def test_an_odometry_in_body_axes_alone_needs_no_note(tmp_path):
+    dive = read(tmp_path, lambda t: odometry(t, (SURGE, SWAY, SINK)), system=1)
+    assert not [note for note in dive.notes if "ODOMETRY" in note]
 
 
 @pytest.mark.parametrize(("kind", "filtered"), [(0, False), (2, False), (3, True), (8, True)])

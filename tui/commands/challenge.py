@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from bridge import exit_codes
+from bridge.command_line import interrupted_in_order
 from bridge.errors import LogError
 from bridge.files import check_small
 from identify.challenge.answer import Answer, read_answer
@@ -22,7 +23,7 @@ def run(arguments: argparse.Namespace) -> int:
 def _seal(arguments: argparse.Namespace) -> int:
     console = show.results(arguments.json)
     without = left_out(arguments.without) if arguments.without else ()
-    with show.progress("sealing") as tell:
+    with interrupted_in_order(), show.progress("sealing") as tell:
         digest = seal(
             Path(arguments.out), arguments.cases, arguments.seed, secrets.token_hex(32), tell, without
         )

@@ -11,6 +11,7 @@ import numpy as np
 
 from bridge import exit_codes
 from bridge.arrays import Array
+from bridge.command_line import interrupted_in_order
 from bridge.errors import LogError
 from bridge.files import replacing
 from bridge.vehicle.config import VehicleFile, load_vehicle
@@ -121,7 +122,7 @@ def _contradictions(runs: Sequence[Dive], columns: ColumnMap) -> list[str]:
 def dive_folder(out: Path, dive: Dive, columns: Path | None, file: VehicleFile | None) -> tuple[Path, str]:
     """Make a dive folder with a copy of the recording and of its column map; return it with remarks on the copy.
 
-    Raises LogError if that fails, and then removes the folder again.
+    Raises LogError if that fails, and then removes the folder again; also where a signal ends it.
     """
     if dive.source.is_dir() and not (dive.source / BAG_FOLDER).exists():
         raise exit_codes.UsageError(f"{dive.source}: is a dive folder already; import a file")
@@ -132,10 +133,11 @@ def dive_folder(out: Path, dive: Dive, columns: Path | None, file: VehicleFile |
     except FileExistsError:
         raise LogError(f"{out}: exists already and is never overwritten; name another folder") from None
     try:
-        _copy(dive.source, out)
-        if columns is not None:
-            _copy_bytes(columns, out / "columns.yaml")
-        DiveFolder(out).describe(about)
+        with interrupted_in_order():
+            _copy(dive.source, out)
+            if columns is not None:
+                _copy_bytes(columns, out / "columns.yaml")
+            DiveFolder(out).describe(about)
     except BaseException:
         # An incomplete folder would block the next import.
         shutil.rmtree(out, ignore_errors=True)

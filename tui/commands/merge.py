@@ -198,7 +198,8 @@ def guessed_words(guessed: int) -> str:
     """Number of frames that are dated by a guess; "" for none."""
     if not guessed:
         return ""
+    were, they_are = ("frame of it was", "it is") if guessed == 1 else ("frames of it were", "they are")
     return (
-        f"When {guessed} frames of it were sent is a guess: between two of its starts nobody else heard any, and they "
-        "are dated from the end of the one before"
+        f"When {guessed} {were} sent is a guess: between two of its starts nobody else heard any, and {they_are} dated "
+        "from the end of the one before"
     )

@@ -36,6 +36,15 @@ LEAST_BETTER = 0.2
 """Least advantage in correlation of the better of two frames."""
 
 DEGREES = 180.0 / math.pi
+TURNS = {
+    theirs / ours: "it is in degrees, or the attitude is"
+    if (unit, taken) == ("deg/s", "rad/s")
+    else f"it is in {unit}, taken for {taken}"
+    for taken, ours in UNITS["gyro"].items()
+    for unit, theirs in UNITS["gyro"].items()
+    if unit != taken
+}
+"""Factors from a rate of turn in a wrong unit to the right, and what is wrong."""
 LENGTHS = {
     100.0: "centimetres", 1000.0: "millimetres", 1 / FOOT_M: "feet", 1 / INCH_M: "inches", 0.01: "", 0.001: "",
     FOOT_M: "",
@@ -168,17 +177,20 @@ def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
         return ()
     deep_m, over_pa = float(np.median(depth.value)), float(np.median(pressure.at(depth.time_s)))
     as_it_is = over_pa - PASCALS_PER_METRE * deep_m / match.ratio
-    if abs(as_it_is - AIR_PA) < FITS_AIR * AIR_PA:
+    fits = abs(as_it_is - AIR_PA) < FITS_AIR * AIR_PA
+    if fits and unit_factor(match.ratio, (1.0, *LENGTHS)) is not None:
         return ()
+    # In a unit ten times as large, an absolute pressure looks as if it counted from the surface, and gets the air's.
+    added = AIR_PA if fits else 0.0
     changes = f"Depth changes by {match.ratio:.3g} times what pressure comes to"
     for factor, unit in {1.0: "", **PRESSURES}.items():
         if not factor / NEARER_UNIT < match.ratio < factor * NEARER_UNIT:
             continue
         in_unit = f", as {unit}" if unit else ""
-        at_surface = factor * over_pa - PASCALS_PER_METRE * deep_m
+        at_surface = factor * (over_pa - added) - PASCALS_PER_METRE * deep_m
         if unit and abs(at_surface - AIR_PA) < FITS_AIR * AIR_PA:
-            return (column_mend("pressure", (factor,), f"{changes}{in_unit}"),)
-        if abs(at_surface) < FITS_AIR * AIR_PA:
+            return (column_mend("pressure", (factor,), f"{changes}{in_unit}", offset=-factor * added),)
+        if not fits and abs(at_surface) < FITS_AIR * AIR_PA:
             problem = f"{changes}{in_unit}, and it is 0 at the surface: it counts from the surface"
             return (column_mend("pressure", (factor,), problem, offset=AIR_PA),)
     return ()
@@ -313,13 +325,13 @@ def _quaternion_order(dive: Dive) -> tuple[Mend, ...]:
 def _turns_alike(dive: Dive) -> bool:
     """Whether gyro and attitude turn alike about two axes at least, and about none otherwise."""
     table = turn_table(dive)
-    own = [match for axis in range(3) if (match := table[axis][axis]) is not None] if table else []
-    alike = [m for m in own if m.correlation > CLEAR and 1 / NEAR_UNIT < m.ratio < NEAR_UNIT]
-    return len(alike) >= 2 and len(alike) == len(own)
+    matches = [match for axis in range(3) if (match := table[axis][axis]) is not None] if table else []
+    alike = [m for m in matches if m.correlation > CLEAR and 1 / NEAR_UNIT < m.ratio < NEAR_UNIT]
+    return len(alike) >= 2 and len(alike) == len(matches)
 
 
 def _turns(dive: Dive) -> tuple[Mend, ...]:
-    """Gyro against the attitude's turning: swapped axes, signs, degrees."""
+    """Gyro against the attitude's turning: swapped axes, signs, units."""
     table = turn_table(dive)
     if table is None:
         return ()
@@ -329,10 +341,9 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
     factors = [1.0, 1.0, 1.0]
     for axis, match in clear.items():
         factors[axis] = math.copysign(1.0, match.ratio)
-    ratios = [abs(match.ratio) for match in clear.values()]
-    unit = unit_factor(float(np.median(ratios)), (DEGREES, 1 / DEGREES)) if ratios else None
-    # unit_factor mends the attitude; here the gyro is mended.
-    factors = [factor / (unit or 1.0) for factor in factors]
+    ratio = float(np.median([abs(match.ratio) for match in clear.values()])) if clear else 1.0
+    unit = next((each for each in TURNS if each / NEAR_UNIT < ratio < each * NEAR_UNIT), 1.0)
+    factors = [factor * unit for factor in factors]
     if order == (0, 1, 2) and factors == [1.0, 1.0, 1.0]:
         return ()
     wrong = [
@@ -342,11 +353,7 @@ def _turns(dive: Dive) -> tuple[Mend, ...]:
             if min(factors) < 0
             else []
         ),
-        *(
-            ["it is in degrees, or the attitude is" if unit and unit > 1 else "its unit is not as taken"]
-            if unit
-            else []
-        ),
+        *([TURNS[unit]] if unit in TURNS else []),
     ]
     evidence = "; ".join(f"{_AXES[axis]}: {match.words}" for axis, match in clear.items())
     problem = f"The gyro contradicts how the attitude turns ({evidence}): {' and '.join(wrong)}"

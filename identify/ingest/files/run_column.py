@@ -44,12 +44,14 @@ def split_streams(recorded: Streams, column: RunColumn, path: Path) -> list[tupl
     names = _in_order(words)
     if not names or len(names) > MOST_RUNS or len(names) * FEWEST_ROWS > len(words):
         raise LogError(
-            f"'{column.column}' has {len(names)} values in {len(words)} rows, so it names no runs; mend `runs` "
+            f"'{column.column}' has {len(names)} value{'' if len(names) == 1 else 's'} in {len(words)} "
+            f"row{'' if len(words) == 1 else 's'}, so it names no runs; mend `runs` "
             "in the column map",
             path,
         )
     lost = int(np.count_nonzero(words == ""))
-    notes = (f"{lost} rows without a run in '{column.column}' were left out.",) if lost else ()
+    rows, were = ("row", "was") if lost == 1 else ("rows", "were")
+    notes = (f"{lost} {rows} without a run in '{column.column}' {were} left out.",) if lost else ()
     return [(name, _rows(recorded, np.flatnonzero(words == name), notes)) for name in names]
 
 

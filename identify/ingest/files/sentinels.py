@@ -26,19 +26,22 @@ def without_sentinels(recorded: Streams, names: Set[str] | None = None) -> Strea
     They are numbers of certain digits that come several times and that nothing else in their column comes near.
     names: the columns that are looked at; None for all.
     """
-    streams, found = [], dict[str, list[str]]()
+    streams, columns_by_sentinel = [], dict[str, list[str]]()
     for stream in recorded.streams:
         columns = dict(stream.columns)
         for field, cells in stream.columns.items():
             name = stream.full_name(field)
             if (names is None or name in names) and (said := _sentinels(cells)).any():
                 values = listed([f"{value:.7g}" for value in np.unique(cells[said])])
-                found.setdefault(values, []).append(name)
+                columns_by_sentinel.setdefault(values, []).append(name)
                 columns[field] = np.where(said, np.nan, cells)
         streams.append(replace(stream, columns=columns))
-    if not found:
+    if not columns_by_sentinel:
         return recorded
-    notes = [f"{values} in {some_of(fields)}: taken for no reading." for values, fields in found.items()]
+    notes = [
+        f"{values} in {some_of(fields)}: taken for no reading."
+        for values, fields in columns_by_sentinel.items()
+    ]
     return replace(recorded, streams=tuple(streams), notes=(*recorded.notes, *notes))
 
 

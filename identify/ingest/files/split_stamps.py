@@ -38,7 +38,7 @@ def with_whole_stamps(streams: Streams) -> Streams:
 def _split(stream: Stream) -> list[tuple[str, str, str]]:
     """Of each split stamp of a stream, the name of the whole and its columns of seconds and of nanoseconds."""
     beyond = {match[1]: name for name in stream.columns if (match := NANOSECONDS.fullmatch(snake(name)))}
-    found = []
+    stamps = []
     for name in stream.columns:
         match = SECONDS.fullmatch(snake(name))
         if match is None or match[1] not in beyond:
@@ -49,8 +49,8 @@ def _split(stream: Stream) -> list[tuple[str, str, str]]:
             and stem not in stream.text
             and _is_beyond(stream.columns[beyond[match[1]]])
         ):
-            found.append((stem, name, beyond[match[1]]))
-    return found
+            stamps.append((stem, name, beyond[match[1]]))
+    return stamps
 
 
 def _is_beyond(nanoseconds: Array) -> bool:

@@ -379,15 +379,15 @@ def _united(cells: Sequence[str], plain: Array, name: str, form: _Form) -> tuple
             if len(wrong) * MOST_BAD > len(cells):
                 return ""
     # A zero is the same in every unit.
-    found = [*units, *(["none"] if np.nan_to_num(plain).any() else [])]
+    all_units = [*units, *(["none"] if np.nan_to_num(plain).any() else [])]
     if not units:
         return ""
     try:
         named = [with_unit(name, unit) for unit in units]
     except ValueError:
         return ""
-    if len(found) > 1:
-        return f"The cells of '{name}' are in different units ({', '.join(found)}): it was read as words."
+    if len(all_units) > 1:
+        return f"The cells of '{name}' are in different units ({', '.join(all_units)}): it was read as words."
     return named[0], np.where(np.isfinite(plain), plain, numbers), wrong
 
 

@@ -24,9 +24,9 @@ def without_zeros(velocity: Signal, notes: list[str]) -> Signal:
     zero = np.arange(moving[0], moving[-1])
     zero = zero[size[zero] == 0.0]
     after = np.searchsorted(moving, zero)
-    beside = np.minimum(size[moving[after - 1]], size[moving[after]])
+    neighbour_speed = np.minimum(size[moving[after - 1]], size[moving[after]])
     steps = np.linalg.norm(np.diff(read[moving], axis=0), axis=1)
-    none = zero[beside > AMID * float(np.quantile(steps, NEARLY_ALL))]
+    none = zero[neighbour_speed > AMID * float(np.quantile(steps, NEARLY_ALL))]
     if len(none) < FEWEST:
         return velocity
     value = velocity.value.copy()

@@ -91,7 +91,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("gyro", r"([pqr])(?:_(?:imu|body|b))?", ""),
     ("gyro", r"(?:.*_)?(roll|pitch|yaw)_?(?:rate|speed|vel)", ""),
     ("gyro", r"(?:.*_)?(turn|heading)_?(?:rate|speed)|rate_of_(turn)", ""),
-    ("gyro", r"w_?([xyz])|w_(row|roll|pitch|yaw)", ""),
+    ("gyro", r"w_?([xyz])|w_(row|roll|pitch|yaw)|(?:.*_)?([xyz])_?gyro", ""),
     ("gyro", r"(?:vel|velocity|rate|omega)_([pqr])|as_?([xyz])", ""),
     ("gyro", r"pqr_([012])|nu_([345])", ""),
     ("fog", r"fog|fog_(?:rate|z|r|yaw_rate)", ""),
@@ -157,6 +157,8 @@ _AXES: dict[str, dict[str, int]] = {
         "surge": 0, "sway": 1, "heave": 2,
     },
 }  # fmt: skip
+_IN_MILLIRADIANS = re.compile(r"(?:^|_)(?:raw|scaled)_imu\d?_[xyz]gyro$")
+"""Rates of turn of MAVLink's RAW_IMU and SCALED_IMU, in mrad/s."""
 _UP = ("u", "up")
 _LEFT = ("left", "port")
 _SIDES = {"left": 1, "port": 1, "right": 2, "starboard": 2, "stbd": 2}
@@ -201,6 +203,8 @@ def named(topic: str, field: str) -> Named | None:
             unit = UNITS[signal].get(unit_word)
             if (unit_word and unit is None) or (about and not re.search(about, room)):
                 continue
+            if signal == "gyro" and _IN_MILLIRADIANS.search(f"{room}_{plain}"):
+                unit = "mrad/s"
             match = re.fullmatch(rule, plain)
             is_measured = signal not in _COMMANDS
             if match is None or (is_measured and (_NO_MEASUREMENT.search(plain) or _WANTED.search(room))):

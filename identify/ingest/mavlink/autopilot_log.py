@@ -139,7 +139,7 @@ def _filled(
             continue
         new = Signal(alike.time_s[holes], alike.value[holes])
         out[name] = _together(heard, new)
-        fills.append(f"{words} ({len(new)} readings)")
+        fills.append(f"{words} ({len(new)} reading{'' if len(new) == 1 else 's'})")
     if out.get("pwm") is not fields.get("pwm"):
         out["commands_hold"] = theirs["commands_hold"]
     sentences = [note]
@@ -152,7 +152,8 @@ def _filled(
     if differ:
         sentences.append(f"Left out, for differing from what was heard: {listed(differ)}.")
     if beyond_s >= 1.0:
-        sentences.append(f"{beyond_s:.0f} s of it lie before or after what was heard, and are left out.")
+        lie, are = ("lies", "is") if round(beyond_s) == 1 else ("lie", "are")
+        sentences.append(f"{beyond_s:.0f} s of it {lie} before or after what was heard, and {are} left out.")
     motors = fields["motors"] or theirs["motors"]
     return out | {"motors": motors, "notes": (*fields["notes"], " ".join(sentences))}
 

@@ -220,7 +220,8 @@ def vehicle_runs(frames: Frames, source: str) -> tuple[Messages, ...]:
         if among[component].any()
     }
     wild = stating - sum(len(rows) for rows, _ in timed.values())
-    wild_notes = (f"{wild} messages state a time that can't be; when they arrived is taken.",) if wild else ()
+    state, they = ("message states", "it") if wild == 1 else ("messages state", "they")
+    wild_notes = (f"{wild} {state} a time that can't be; when {they} arrived is taken.",) if wild else ()
     if not timed:
         raise LogError(
             f"none of system {system}'s messages carries a boot time; record its full telemetry", source
@@ -245,14 +246,17 @@ def vehicle_system(frames: Frames, source: str) -> tuple[int, tuple[str, ...]]:
     systems, counts = np.unique(frames.system[rows], return_counts=True)
     if len(systems) == 0:
         raise LogError(
-            f"holds {len(frames)} MAVLink frames but no vehicle's telemetry; record the vehicle's own link",
+            f"holds {len(frames)} MAVLink frame{'' if len(frames) == 1 else 's'} but no vehicle's telemetry; record "
+            "the vehicle's own link",
             source,
         )
     order = np.argsort(-counts)
     best, others = int(order[0]), order[1:]
     if len(others) == 0:
         return int(systems[best]), ()
-    said = ", ".join(f"system {systems[i]} ({counts[i]} messages)" for i in order)
+    said = ", ".join(
+        f"system {systems[i]} ({counts[i]} message{'' if counts[i] == 1 else 's'})" for i in order
+    )
     if counts[best] < CLEARLY_MORE * counts[others[0]]:
         raise LogError(
             f"several vehicles speak in it, {said}; split the recording, one vehicle a file", source

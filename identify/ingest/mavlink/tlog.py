@@ -27,6 +27,7 @@ from identify.ingest.mavlink.frames import Frames, load_frames, message_name
 from identify.ingest.mavlink.low_pass import before_low_pass
 from identify.ingest.mavlink.messages import Batch, Messages, unheard_notes, vehicle_runs
 from identify.ingest.runs import Run, chosen, driven_s
+from identify.words import listed
 
 LOCAL_NED, LOCAL_ENU, LOCAL_OFFSET_NED, LOCAL_FRD = 1, 4, 7, 20
 BODY_NED, BODY_OFFSET_NED, BODY_FRD = 8, 9, 12
@@ -70,7 +71,8 @@ def velocity_of(messages: Messages, attitude: Signal | None) -> Velocity | None:
     """Velocity from the best source; None without a velocity, or if it needs an attitude that is missing."""
     odometry = messages.get("ODOMETRY")
     if signal := _odometry(odometry, attitude):
-        return Velocity(signal, bool(np.isin(odometry.fields["estimator_type"], FUSED).all()))
+        estimators = odometry.fields["estimator_type"][_read(odometry)]
+        return Velocity(signal, bool(np.isin(estimators, FUSED).all()))
     deltas = messages.get_from_anyone("VISION_POSITION_DELTA")
     ours = _are_of(deltas, messages.components("DEBUG_FLOAT_ARRAY"))
     if signal := _deltas(deltas, ours=ours):
@@ -85,21 +87,44 @@ def velocity_of(messages: Messages, attitude: Signal | None) -> Velocity | None:
 def _odometry(batch: Batch, attitude: Signal | None) -> Signal | None:
     velocity = batch.columns("vx", "vy", "vz")
     velocity[batch.fields["quality"] < 0] = np.nan
-    frame, child = batch.fields["frame_id"], batch.fields["child_frame_id"]
-    in_body = np.isin(child, OF_BODY)
+    in_body, in_pose, *in_earth = _by_axes(batch)
     if in_body.any():
         return _where(batch.time_s, velocity, in_body)
+    if in_pose.any():
+        attitudes = batch.fields["q"].astype(np.float64)
+        return _where(batch.time_s, rotation.to_body(attitudes, velocity), in_pose)
+    for earth_frame, rows in zip(OF_EARTH, in_earth, strict=True):
+        if rows.any():
+            ned = velocity[:, [1, 0, 2]] * np.array([1, 1, -1]) if earth_frame == LOCAL_ENU else velocity
+            return _turned(batch.time_s, ned, rows, attitude)
+    return None
+
+
+def _by_axes(batch: Batch) -> tuple[NDArray[np.bool_], ...]:
+    """The ODOMETRY (n,) whose velocity is in the body's axes; in those of its pose; in each of the earth's. The first
+    that are any are read."""
+    frame, child = batch.fields["frame_id"], batch.fields["child_frame_id"]
     attitudes = batch.fields["q"].astype(np.float64)
     # The attitude in the message rotates from the body to the frame of its pose.
-    turned = (child == frame) & np.isin(child, (LOCAL_NED, LOCAL_OFFSET_NED, LOCAL_FRD))
-    turned &= np.abs(np.linalg.norm(attitudes, axis=1) - 1.0) < 0.1
-    if turned.any():
-        return _where(batch.time_s, rotation.to_body(attitudes, velocity), turned)
-    for earth_frame in OF_EARTH:
-        if (child == earth_frame).any():
-            ned = velocity[:, [1, 0, 2]] * np.array([1, 1, -1]) if earth_frame == LOCAL_ENU else velocity
-            return _turned(batch.time_s, ned, child == earth_frame, attitude)
-    return None
+    in_pose = (child == frame) & np.isin(child, (LOCAL_NED, LOCAL_OFFSET_NED, LOCAL_FRD))
+    in_pose &= np.abs(np.linalg.norm(attitudes, axis=1) - 1.0) < 0.1
+    return np.isin(child, OF_BODY), in_pose, *(child == earth_frame for earth_frame in OF_EARTH)
+
+
+def _read(batch: Batch) -> NDArray[np.bool_]:
+    """The ODOMETRY (n,) whose velocity is read."""
+    return next((rows for rows in _by_axes(batch) if rows.any()), np.zeros(len(batch), np.bool_))
+
+
+def _passed_over(batch: Batch) -> tuple[str, ...]:
+    """A note on the frames of ODOMETRY whose velocity is not read."""
+    child = batch.fields["child_frame_id"]
+    read = np.unique(child[_read(batch)])
+    unread = np.setdiff1d(child, read)
+    if not len(unread):
+        return ()
+    other = f"; that in child_frame_id {listed([*map(str, read)])} was" if len(read) else ""
+    return (f"The velocity of ODOMETRY in child_frame_id {listed([*map(str, unread)])} was not read{other}.",)
 
 
 def _are_of(batch: Batch, companions: Collection[int]) -> bool:
@@ -156,6 +181,7 @@ def read_tlog(paths: Sequence[Path], source: str) -> dict[str, Any]:
             signals[field] = signal
     own_pulses = signals["pwm"] is of_autopilot["pwm"]
     holds_pressure, notes = _holds_pressure(messages, firmware), messages.notes + restart_notes
+    notes += _passed_over(messages.get("ODOMETRY"))
     pressure, depth = signals["pressure"], signals["depth"]
     if holds_pressure and pressure and depth and held_pressure.is_of_air(pressure, depth):
         signals["pressure"], notes = None, (*notes, OF_AIR)
@@ -405,11 +431,11 @@ def _damage(frames: Frames) -> tuple[str, ...]:
     lost, skipped = frames.counts.get("checksum", 0), frames.counts.get("skipped", 0)
     notes = []
     if lost:
-        are = f"{lost} stretches ({skipped} bytes) are" if lost > 1 else f"1 stretch ({skipped} bytes) is"
+        of = f"({skipped} byte{'' if skipped == 1 else 's'})"
+        are = f"{lost} stretches {of} are" if lost > 1 else f"1 stretch {of} is"
         done = "were" if lost > 1 else "was"
-        notes.append(
-            f"{are} damaged or of another dialect and {done} skipped; {len(frames)} messages were read."
-        )
+        read = "1 message was" if len(frames) == 1 else f"{len(frames)} messages were"
+        notes.append(f"{are} damaged or of another dialect and {done} skipped; {read} read.")
     empty = frames.counts.get("files empty", 0)
     if empty:
         files = f"{empty} of its files hold" if empty > 1 else "1 of its files holds"

@@ -15,6 +15,7 @@ from identify.ingest.ros.fields import Undefined, columns_of
 from identify.ingest.ros.mcap import read_mcap
 from identify.ingest.ros.recorded import CutOff, Reader, Topic, of_packed
 from identify.ingest.ros.rosbag1 import read_rosbag1
+from identify.words import listed
 
 _OF_ROS_2: dict[str, Reader] = {
     ".mcap": read_mcap,
@@ -27,6 +28,9 @@ READERS: dict[str, Reader] = {".bag": read_rosbag1, ".bag.active": read_rosbag1,
 RECEIVED, STAMP, HEADER_STAMP = "received", "stamp", "header.stamp"
 APART_S = 1.0
 """Longer than the way of any message from a sensor to the log."""
+NONE = -1.0
+"""First covariance of a quantity of an Imu that its sensor does not measure (sensor_msgs/Imu, REP 145)."""
+OF_AN_IMU = ("orientation", "angular_velocity", "linear_acceleration")
 AT_ONCE = 4096
 """Messages of a topic that are read at once: few enough to stay in the processor's memory."""
 
@@ -143,13 +147,20 @@ class _TopicColumns:
         if self.undefined:
             return None
         if self._misfits:
+            of, fit, were = (
+                ("message", "doesn't", "was") if self._misfits == 1 else ("messages", "don't", "were")
+            )
             notes.append(
-                f"{self._misfits} messages of {self.topic.name} don't fit the definition of {self.topic.type} and "
-                "were left out."
+                f"{self._misfits} {of} of {self.topic.name} {fit} fit the definition of {self.topic.type} and {were} "
+                "left out."
             )
         columns = _joined(self._pieces)
         if not columns.keys() - {RECEIVED, HEADER_STAMP}:
             return None
+        if none := _without_unmeasured(columns):
+            notes.append(
+                f"By its covariance, {self.topic.name} does not measure {listed(none)}: taken for no reading."
+            )
         stamp = columns.pop(HEADER_STAMP, None)
         if stamp is None:
             stamp = np.zeros(0)
@@ -172,6 +183,20 @@ class _TopicColumns:
             columns[RECEIVED] = np.array(self._times_ns, np.float64) * 1e-9
             self._pieces.append({name: column[fits] for name, column in columns.items()})
         self._messages, self._times_ns = [], []
+
+
+def _without_unmeasured(columns: dict[str, Array]) -> list[str]:
+    """Make what an Imu says that it does not measure NaN in the columns; return the names of it."""
+    none = []
+    for name in OF_AN_IMU:
+        covariance = columns.get(f"{name}_covariance.0")
+        if covariance is None or not (unmeasured := covariance == NONE).any():
+            continue
+        none.append(name)
+        for axis in "xyzw":
+            if (field := f"{name}.{axis}") in columns:
+                columns[field] = np.where(unmeasured, np.nan, columns[field])
+    return none
 
 
 def _joined(pieces: list[dict[str, Array]]) -> dict[str, Array]:
