@@ -3,6 +3,7 @@
 import os
 import re
 import struct
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -40,12 +41,12 @@ def dive(name, began_s):
     return folder
 
 
-def of_another(present):
+def of_another(present, say=lambda _: None):
     """MAVProxy at the hub of a process that records into `present`."""
     clock = SimulatedClock()
     began = "2026-11-20T09:12:03Z"
     write_holding(Holding(os.getpid(), HUB, (), str(present), began, 1, 1, 0, 7200.0, (), clock.unix_s()))
-    return recordings.Recordings(clock, lambda _: None, lambda: [HUB], lambda: None)
+    return recordings.Recordings(clock, say, lambda: [HUB], lambda: None)
 
 
 def test_the_dive_that_another_process_records_is_refused_and_the_one_before_it_taken():
@@ -84,6 +85,23 @@ def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_say
         assert recorder.newest() == earlier
     finally:
         recorder.stop()
+
+
+def test_an_order_for_the_next_dive_that_fails_unexpectedly_is_told_and_can_be_given_again(monkeypatch):
+    said = []
+    recorder = of_another(dive("b", 1.79e9), said.append)
+
+    def fails(_):
+        raise OSError("the disk has gone")
+
+    monkeypatch.setattr("gcs_plugin.recording.orders.next_dive", fails)
+    for _ in range(2):
+        recorder.command(["next"])
+        for thread in threading.enumerate():
+            if thread.name == "next dive":
+                thread.join()
+        recorder.tick()
+    assert said == ["seatrial: the next dive could not be ordered (the disk has gone); order it again"] * 2
 
 
 def test_a_recording_goes_on_where_another_can_not_begin():
