@@ -19,6 +19,7 @@ from gcs_plugin.fleet import Fleet
 from gcs_plugin.recording.state import Holding, write_holding
 from gcs_plugin.watch.alarms import Settings, load_settings
 from gcs_plugin.watch.picture import Alarm, Kind
+from gcs_plugin.watch.watcher import Watcher
 
 module = pytest.importorskip("gcs_plugin.mavproxy.module", reason="MAVProxy is not installed")
 recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
@@ -136,6 +137,26 @@ def test_once_another_vehicle_is_meant_no_alarm_of_the_one_before_is_told_or_hid
     made._vehicle("2")
     assert made._picture is None
     assert made._bell.hear((alarm,), 2.0) == (alarm,)
+
+
+def test_two_vehicles_with_the_same_address_on_two_links_are_told_of_once_each_time_they_are_found():
+    made = module.SeatrialModule.__new__(module.SeatrialModule)
+    clock, said, watcher = SimulatedClock(), [], Watcher(None, None, settings=Settings(bell=False))
+    made.say_line, made._clock, made._taps, made._look_s = said.append, clock, [], 0.0
+    made.mpstate, made._bell = SimpleNamespace(mav_master=[]), Bell(Settings(bell=False), print)
+    idle = SimpleNamespace(tick=list)
+    made._recordings = made._switching = made._parameters = made._work = idle
+    made._watcher, made._picture, encoders = watcher, None, {"a": Encoder(1, 1), "b": Encoder(1, 1)}
+    for second in range(1, 60):
+        clock.advance_to(float(second))
+        for link, boot_ms in ("a", 1000 * second), ("b", 500_000 + 1000 * second):
+            beat = dialect.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3)
+            for message in beat, dialect.MAVLink_system_time_message(0, boot_ms):
+                (frame,) = Framer().feed(encoders[link].encode(message))
+                watcher.feed(frame, clock.now_s, link)
+        made.idle_task()
+    twins = [line for line in said if "two vehicles beat as system 1, component 1" in line]
+    assert len(twins) == 1
 
 
 def test_who_takes_the_module_out_is_told_that_off_is_sent_no_more_and_not_confirmed():
