@@ -179,8 +179,8 @@ def _link(links: tuple[LinkRow, ...]) -> Piece:
         seconds = f"{age_s:.0f} s" if math.isfinite(age_s) else "never heard"
         return Piece(8, "lost", (f" LINK LOST {seconds} ", " LINK LOST "))
     address = f"sys {link.system}/{link.component}"
-    told = (row.loss for row in links if row.system == link.system and row.name == link.name)
-    share = next((loss for loss in told if math.isfinite(loss)), math.nan)
+    losses = (row.loss for row in links if row.system == link.system and row.name == link.name)
+    share = next((loss for loss in losses if math.isfinite(loss)), math.nan)
     if math.isnan(share):
         return Piece(8, "plain", (f"LINK {age_s:.1f} s  {address}", f"LINK {age_s:.1f} s"))
     loss = f"loss {100 * share:.0f} %"
