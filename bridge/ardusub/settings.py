@@ -20,6 +20,7 @@ from bridge.firmware.ardusub import (
     MOTOR_FACTORS,
     PILOT,
     PILOT_FAILSAFE,
+    PILOT_FAILSAFE_AFTER,
     TIMED_FROM,
     TRIED_FROM,
     WARNS_ALONE,
@@ -51,7 +52,7 @@ class Settings(Questions):
             *(direction_name(number) for number in range(1, thrusters + 1)),
             *(function_name(number) for number in range(1, thrusters + 1)),
         ]
-        others = [COUPLING, *(DVL if has_dvl else ()), *ARDUSUB.corners.values()]
+        others = [PILOT_FAILSAFE_AFTER, COUPLING, *(DVL if has_dvl else ()), *ARDUSUB.corners.values()]
         super().__init__(system, component, [*self._wiring, FAILSAFE, PILOT_FAILSAFE, PILOT, *others])
         # The pilot's is read by the handover, which counts its own reads alone.
         self._renewed = [*self._wiring, FAILSAFE, PILOT_FAILSAFE, *others]
@@ -127,6 +128,10 @@ class Settings(Questions):
             if math.isnan(self.fails_after_s):
                 return f"{FAILSAFE_AFTER} is not read yet"
             return f"{FAILSAFE_AFTER} is {self.fails_after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
+        # Not NaN: where the firmware has no such setting, it acts after a time of its own.
+        if self.values[PILOT_FAILSAFE_AFTER] > LONGEST_ALONE_S:
+            after_s = self.values[PILOT_FAILSAFE_AFTER]
+            return f"{PILOT_FAILSAFE_AFTER} is {after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
         if math.isnan(self.values[PILOT]):
             return f"no {PILOT}: from 4.7 on ArduSub has MAV_GCS_SYSID, use 4.5 or 4.6"
         return ""

@@ -39,6 +39,8 @@ FAILSAFE: Final = "FS_GCS_ENABLE"
 PILOT: Final = "SYSID_MYGCS"
 """Whose sticks are taken. Up to 4.6; 4.7 has MAV_GCS_SYSID in its place (by its source)."""
 PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
+PILOT_FAILSAFE_AFTER: Final = "FS_PILOT_TIMEOUT"
+"""Seconds without sticks until PILOT_FAILSAFE acts, as delivered 3."""
 WARNS_ALONE: Final = 1
 FAILSAFE_AFTER: Final = "FS_GCS_TIMEOUT"
 """Seconds of silence until FAILSAFE acts, from `TIMED_FROM` on, as delivered 5; before, always 2.5 (by its source)."""
@@ -144,11 +146,12 @@ def _hints(values: Mapping[str, float]) -> tuple[str, ...]:
         for name, least in ((FAILSAFE, WARNS_ALONE), (PILOT_FAILSAFE, 0))
         if name in values and not values[name] > least
     ]
-    if (after_s := values.get(FAILSAFE_AFTER, 0.0)) > LONGEST_ALONE_S:
-        said.append(
-            f"{FAILSAFE_AFTER} is {after_s:g}: the last sticks of a companion that dies stay in force for so many "
-            f"seconds, and it takes none; set it to {LONGEST_ALONE_S:g} or less."
-        )
+    said += [
+        f"{name} is {values[name]:g}: the last sticks of a companion that dies stay in force for so many "
+        f"seconds, and it takes none; set it to {LONGEST_ALONE_S:g} or less."
+        for name in (FAILSAFE_AFTER, PILOT_FAILSAFE_AFTER)
+        if values.get(name, 0.0) > LONGEST_ALONE_S
+    ]
     return tuple(said)
 
 

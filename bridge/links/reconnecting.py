@@ -116,6 +116,7 @@ class Aside:
     def __init__(self, factory: Callable[[], Link], name: str) -> None:
         self._factory = factory
         self._last = LinkError("is being opened; wait", name)
+        self._name = name
         self._answers: SimpleQueue[Link | LinkError] = SimpleQueue()
         self._busy = False
 
@@ -138,3 +139,7 @@ class Aside:
             self._answers.put(self._factory())
         except LinkError as error:
             self._answers.put(error)
+        except Exception as error:  # noqa: BLE001 (without an answer the link would be opened for ever)
+            self._answers.put(
+                LinkError(f"can't be opened ({error}); check the link and its name", self._name)
+            )

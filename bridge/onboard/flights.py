@@ -179,7 +179,7 @@ def touched(sticks: Any) -> bool:
     if sticks.get_type() == "RC_CHANNELS_OVERRIDE":
         pulses_us = [getattr(sticks, f"chan{number}_raw") for number in range(1, CHANNELS + 1)]
         return any(us not in _RELEASED and abs(us - REST_US) > TOUCH_US for us in pulses_us)
-    rest = {"x": 0, "y": 0, "z": Z_REST, "r": 0}
-    rest |= {axis: 0 for axis, bit in _MORE_AXES.items() if sticks.enabled_extensions & bit}
-    moved = [axis for axis, at in rest.items() if abs(getattr(sticks, axis) - at) > TOUCH]
+    rest_positions = {"x": 0, "y": 0, "z": Z_REST, "r": 0}
+    rest_positions |= {axis: 0 for axis, bit in _MORE_AXES.items() if sticks.enabled_extensions & bit}
+    moved = [axis for axis, at in rest_positions.items() if abs(getattr(sticks, axis) - at) > TOUCH]
     return bool(sticks.buttons or sticks.buttons2) or any(getattr(sticks, axis) != 32767 for axis in moved)

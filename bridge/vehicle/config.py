@@ -342,9 +342,9 @@ class Vehicle:
         if veh_cfg is None and len(self.configurations) == 1:
             return next(iter(self.configurations))
         said = "says no VEH_CFG" if veh_cfg is None else f"says VEH_CFG {veh_cfg}"
-        own = "" if veh_cfg is None else "give the file of the vehicle that was recorded, or "
+        file_hint = "" if veh_cfg is None else "give the file of the vehicle that was recorded, or "
         raise ConfigError(
-            f"the recording {said}, vehicle '{self.name}' has {self.listed}; {own}name one: --vehicle "
+            f"the recording {said}, vehicle '{self.name}' has {self.listed}; {file_hint}name one: --vehicle "
             "FILE:CONFIGURATION"
         )
 

@@ -92,8 +92,8 @@ def record_of(frames: Iterable[Frame], thrusters: int) -> WetRecord:
             f"the recording holds no commands of {thrusters} thrusters (ACTUATOR_OUTPUT_STATUS or "
             "SERVO_OUTPUT_RAW); record again"
         )
-    found = {name: _series(rows.get(signal, []), columns) for name, (signal, columns) in FEATURES.items()}
-    return WetRecord(pwm, {name: series for name, series in found.items() if series is not None})
+    recorded = {name: _series(rows.get(signal, []), columns) for name, (signal, columns) in FEATURES.items()}
+    return WetRecord(pwm, {name: series for name, series in recorded.items() if series is not None})
 
 
 class _Servos:

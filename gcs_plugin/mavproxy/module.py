@@ -133,7 +133,10 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
             self.say_line(f"seatrial: {error}")
         self._work.tick()
         if now_s >= self._look_s + LOOK_EVERY_S:
+            before = "" if self._picture is None else self._picture.twins
             self._look_s, self._picture = now_s, self._watcher.picture(now_s)
+            if self._picture.twins and not before:
+                self.say_line(f"seatrial: {self._picture.twins}")
             for alarm in self._bell.hear(self._picture.alarms, now_s):
                 self.say_line(f"ALARM {alarm.words}")
 
@@ -248,6 +251,8 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
         with contextlib.suppress(LinkError):
             self.say_line("meant: vehicle {}, component {}".format(*self._fleet.meant(now_s)))
         if self._picture is not None:
+            if self._picture.twins:
+                self.say_line(self._picture.twins)
             for alarm in self._picture.alarms:
                 self.say_line(f"ALARM {alarm.words}")
             if self._picture.gap is not None:

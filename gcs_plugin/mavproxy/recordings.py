@@ -241,6 +241,8 @@ class Recordings:
             self._answers.put(orders.became(*orders.next_dive(self._clock)))
         except SeatrialError as error:
             self._answers.put(f"seatrial: {error}")
+        except Exception as error:  # noqa: BLE001 (without an answer no next dive could be ordered again)
+            self._answers.put(f"seatrial: the next dive could not be ordered ({error}); order it again")
 
     def _noted(self) -> tuple[DiveFolder, float]:
         """Folder of the dive being recorded, and Unix time by its recording. Raises LogError if nothing is recorded."""

@@ -12,11 +12,12 @@ from bridge.arrays import Array
 from bridge.errors import ConfigError
 from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.mode import Mode
-from bridge.vehicle.parameters import vehicle_table
+from bridge.vehicle.parameters import ACTIVE, set_crc, vehicle_table
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.gap import Gap, GapMonitor
 from gcs_plugin.monitor.model import Model, model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
+from gcs_plugin.params.meaning import coefficient_of
 from gcs_plugin.peers import Heartbeat, heartbeat_read
 
 NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
@@ -101,6 +102,9 @@ class LiveGap:
         self._rows = {row.name: row for row in rows}
         self._values = {row.name: row.default for row in rows}
         self._values |= {name: value for name, value in held.items() if name in self._rows}
+        # As the vehicle stated them: the values that were written, and the number of the set in force.
+        self._staged: dict[str, float] = {}
+        self._active: float | None = None
         self._changed_s = -math.inf
         self._armed = self._acts = self._has_autopilot = False
         self._beats, self._unheard = 0, set(NEEDED)
@@ -136,10 +140,20 @@ class LiveGap:
         )
 
     def parameter(self, name: str, value: float) -> None:
-        """Take a parameter that the vehicle states."""
-        if self._values.get(name, value) != value and name in self._values:
-            self._values[name] = value
-            self._changed_s, self._is_made = self._newest_s, False
+        """Take a parameter that the vehicle states. A written set holds once it is in force, as far as known."""
+        if name == ACTIVE:
+            holds = self._active not in (None, value)
+            self._active = value
+        elif coefficient_of(name) is not None:
+            self._staged[name] = value
+            holds = self._active is None
+        else:
+            return
+        if holds or self._active == set_crc(self._staged):
+            stated = {name: value for name, value in self._staged.items() if name in self._values}
+            if self._values != self._values | stated:
+                self._values |= stated
+                self._changed_s, self._is_made = self._newest_s, False
 
     def take(self, reading: Reading) -> None:
         self._unheard.discard(reading.signal)

@@ -92,10 +92,11 @@ def accepted_of(file: Path, receipts: Path) -> dict[str, AcceptedValue]:
 
 
 def vehicle_in(file: Path) -> str:
-    """The name of the vehicle that a parameter file is of, by its sidecar, "" if that names none. Raises ParamRejected
-    for a damaged one."""
-    sidecar = read_sidecar(file)
-    return "" if sidecar is None else sidecar.vehicle
+    """The name of the vehicle that a parameter file is of, "" if nothing names it: by its sidecar, or by its upload
+    that of a pre-image. Raises ParamRejected for a damaged sidecar."""
+    if (sidecar := read_sidecar(file)) is not None:
+        return sidecar.vehicle
+    return _owner(file) if file.name.endswith(BEFORE) else ""
 
 
 def accepted_values(receipts: Path, vehicle: str, system: int) -> dict[str, float]:
@@ -154,26 +155,38 @@ def ever_accepted(receipts: Path) -> list[Sidecar]:
     return [sidecar for sidecar in sidecars if sidecar is not None]
 
 
-def kept_of(receipts: Path, vehicle: str) -> list[PastUpload]:
+def kept_of(receipts: Path, vehicle: str, system: int | None = None) -> list[PastUpload]:
     """The receipts in a folder, by number, without those of other vehicles, by the name in their file; "" for all.
+    `system` restricts them to a MAVLink system.
 
     A receipt that does not tell whose it is counts for every vehicle.
     """
-    kept = kept_in(receipts)
+    kept = kept_in(receipts, system)
+    owners = _owners(kept)
+    return [upload for upload in kept if _may_be_one(owners[upload.time], vehicle)]
+
+
+def _owners(kept: Sequence[PastUpload]) -> dict[str, str]:
+    """By the time of each upload the name of the vehicle that its values are of; "" if unknown."""
     owners: dict[str, str] = {}
     for upload in kept:
         back_to = Path(upload.restores).name.removesuffix(BEFORE)
-        owners[upload.time] = owners.get(back_to, "") if upload.restores else _owner(upload)
-    return [upload for upload in kept if not vehicle or owners[upload.time] in ("", vehicle)]
+        owners[upload.time] = owners.get(back_to, "") if upload.restores else _owner(upload.preimage)
+    return owners
 
 
-def _owner(upload: PastUpload) -> str:
-    """Name of the vehicle that an upload's values are of; "" if unknown."""
+def _owner(preimage: Path) -> str:
+    """Name of the vehicle that the values of an upload with that pre-image are of; "" if unknown."""
     for kind in (ACCEPTED, WANTED):
         with contextlib.suppress(ParamError):
-            if (sidecar := read_sidecar(path_of(upload.preimage, kind))) is not None:
+            if (sidecar := read_sidecar(path_of(preimage, kind))) is not None:
                 return sidecar.vehicle
     return ""
+
+
+def _may_be_one(vehicle: str, other: str) -> bool:
+    """Whether two names, "" if unknown, may be of one vehicle: two vehicles may have the same MAVLink address."""
+    return not vehicle or not other or vehicle == other
 
 
 def _utc(time: str) -> str:
@@ -188,7 +201,11 @@ def newest_before(receipts: Path, system: int) -> Path:
     Raises ParamRejected if there is no such upload to that MAVLink system.
     """
     oldest: PastUpload | None = None
-    for kept in reversed(_not_undone(kept_in(receipts, system))):
+    standing = _not_undone(kept_in(receipts, system))
+    owners = _owners(standing)
+    for kept in reversed(standing):
+        if oldest is not None and not _may_be_one(owners[kept.time], owners[oldest.time]):
+            continue
         if kept.outcome in _OPEN or (oldest is None and kept.outcome is Outcome.APPLIED):
             oldest = kept
         elif oldest is not None and kept.outcome is Outcome.APPLIED:
@@ -203,8 +220,8 @@ def newest_before(receipts: Path, system: int) -> Path:
 def written_since(receipts: Path, system: int, preimage: Path) -> frozenset[str] | None:
     """Names of what a roll back to `preimage` takes back: written by its upload, or by a later one that stands.
 
-    A later upload with an unknown end counts too. None if no receipt says so, neither in `receipts` nor in the folder
-    of the file.
+    A later upload with an unknown end counts too, one of another vehicle by the name in its file does not. None if no
+    receipt says so, neither in `receipts` nor in the folder of the file.
     """
     begun = kept_in(receipts, system)
     standing = _not_undone(begun)
@@ -213,22 +230,25 @@ def written_since(receipts: Path, system: int, preimage: Path) -> frozenset[str]
     if place is None:
         upload = receipt_of(preimage)
         return None if upload is None else upload.wrote
+    owners = _owners(begun)
     later = (
         upload
         for upload in begun[place + 1 :]
-        if upload.outcome in _OPEN or (upload.outcome is Outcome.APPLIED and upload in standing)
+        if (upload.outcome in _OPEN or (upload.outcome is Outcome.APPLIED and upload in standing))
+        and _may_be_one(owners[upload.time], owners[time])
     )
     return begun[place].wrote.union(*(upload.wrote for upload in later))
 
 
-def rolled_back(receipts: Path, system: int | None = None) -> PastUpload | None:
-    """The newest upload or roll back, if that is a roll back that was verified; else None."""
-    newest = next(reversed(kept_in(receipts, system)), None)
+def rolled_back(receipts: Path, system: int | None = None, vehicle: str = "") -> PastUpload | None:
+    """The newest upload or roll back, if that is a roll back that was verified; else None. See `last_accepted`."""
+    newest = next(reversed(kept_of(receipts, vehicle, system)), None)
     return newest if newest is not None and newest.restores and newest.outcome in _HELD else None
 
 
 def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
-    """The uploads among receipts, in their order, that no later roll back has undone."""
+    """The uploads among receipts, in their order, that no later roll back of their vehicle has undone."""
+    owners = _owners(begun)
     standing: list[PastUpload] = []
     for kept in begun:
         if not kept.restores:
@@ -236,6 +256,10 @@ def _not_undone(begun: Sequence[PastUpload]) -> list[PastUpload]:
         elif kept.outcome in _HELD:
             back_to = Path(kept.restores).name.removesuffix(BEFORE)
             place = next((n for n, upload in enumerate(begun) if upload.time == back_to), 0)
-            taken = {upload.time for upload in begun[place:] if upload.system == kept.system}
+            taken = {
+                upload.time
+                for upload in begun[place:]
+                if upload.system == kept.system and _may_be_one(owners[upload.time], owners[kept.time])
+            }
             standing = [upload for upload in standing if upload.time not in taken]
     return standing

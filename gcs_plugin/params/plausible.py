@@ -111,15 +111,15 @@ def _against_twice(
     def beyond(gain: float) -> float:
         return abs(gain / assumed - 1)
 
-    own = [(gains.get(row.name), "the vehicle's file gives it")]
+    known_gains = [(gains.get(row.name), "the vehicle's file gives it")]
     if credit.allocated is not None:
         held = (present.get(row.name, 0.0) or 1.0) if credit.acting else 1.0
         allocated = min(credit.allocated, credit.allocated / held, key=beyond)
-        own.append((allocated, "the vehicle's own allocation went by"))
-    for gain, whose in own:
+        known_gains.append((allocated, "the vehicle's own allocation went by"))
+    for gain, claim in known_gains:
         if gain is not None and beyond(gain) > TWICE:
             return (
-                f"thruster {credit.thruster} is made up for already: {whose} {100 * gain:.0f} % of its curve where the "
+                f"thruster {credit.thruster} is made up for already: {claim} {100 * gain:.0f} % of its curve where the "
                 f"diagnosis went by {100 * assumed:.0f} %; with this it would be asked as if it gave "
                 f"{100 * gain * row.target:.0f} %, and it gives {100 * credit.true:.0f} %"
             )

@@ -12,7 +12,7 @@ from bridge.errors import ParamError, ParamUnknown
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, MODE
 from gcs_plugin.params.comparison import Compared, ComparedVehicle, Comparison, compared
-from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, written_since
+from gcs_plugin.params.last_accepted import keep_accepted, last_accepted, vehicle_in, written_since
 from gcs_plugin.params.meaning import is_staged
 from gcs_plugin.params.plan import (
     HULL,
@@ -161,7 +161,10 @@ def propose_upload(
     credits = () if wanted.sidecar is None else wanted.sidecar.credits
     doubted = implausible(plan, wanted.intervals, accepted, wanted.rigid, wanted.kept, credits, wanted.gains)
     plan = plan.judged({name: why for name, why in doubted.items() if name not in accepts})
-    lines, left = compared(plan, wanted.sidecar, accepted), left_behind(receipts, system, present, file)
+    lines, left = (
+        compared(plan, wanted.sidecar, accepted),
+        left_behind(receipts, system, present, file, wanted.vehicle),
+    )
     twice = acts_twice(plan, credits, wanted.gains)
     return Proposal(file, wanted, plan, lines, tuple(back), left, twice=twice)
 
@@ -175,8 +178,8 @@ def propose_rollback(
     of it was written, all of it goes back, and the mode is lowered with it. Where none was in force before,
     none is in the end. A file without a receipt is taken as a whole.
     """
-    wrote, of_set = written_since(receipts, system, file), False
-    values, left = wanted.values, left_behind(receipts, system, present, file)
+    wrote, of_set, vehicle = written_since(receipts, system, file), False, wanted.vehicle or vehicle_in(file)
+    values, left = wanted.values, left_behind(receipts, system, present, file, vehicle)
     if wrote is None:
         left = (*left, f"note: no receipt tells what was written after {file.name}: all its lines go back")
     else:
@@ -191,15 +194,16 @@ def propose_rollback(
         mark = {HULL: NO_HULL} if HULL in present else {}
         values = {**values, **mark, MODE: float(Mode.OFF)}
     plan = replace(make_plan(not_raised(values, present), present), withdraws=withdraws)
-    lines = compared(plan, wanted.sidecar, last_accepted(receipts, system, wanted.vehicle))
+    lines = compared(plan, wanted.sidecar, last_accepted(receipts, system, vehicle))
     return Proposal(file, wanted, plan, lines, left=left, restores=str(file))
 
 
 def left_behind(
-    receipts: Path, system: int, present: Mapping[str, float], file: Path | None = None
+    receipts: Path, system: int, present: Mapping[str, float], file: Path | None = None, vehicle: str = ""
 ) -> tuple[str, ...]:
-    """Sentences about the vehicle's staged set, and about an unfinished upload to it unless `file` settles that."""
-    left = unfinished(receipts, system)
+    """Sentences about the vehicle's staged set, and about an unfinished upload to it unless `file` settles that.
+    `vehicle` is its name, "" if that is unknown."""
+    left = unfinished(receipts, system, vehicle)
     if left is None or (file is not None and belongs(left, file)):
         return staging_notes(present)
     return (*staging_notes(present), *reminder(left, present))

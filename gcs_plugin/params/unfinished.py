@@ -7,20 +7,21 @@ from typing import Final
 from bridge.text import typed
 from bridge.vehicle.parameters import ACTIVE
 from gcs_plugin.params import float32
-from gcs_plugin.params.receipt import WANTED, PastUpload, kept_in, path_of
+from gcs_plugin.params.last_accepted import kept_of
+from gcs_plugin.params.receipt import WANTED, PastUpload, path_of
 from gcs_plugin.params.transfer import Outcome
 
 _WROTE_NOTHING: Final = (Outcome.NOT_SENT, Outcome.REFUSED, Outcome.ROLLED_BACK)
 """Outcomes after which the vehicle holds the values from before."""
 
 
-def unfinished(receipts: Path, system: int | None = None) -> PastUpload | None:
+def unfinished(receipts: Path, system: int | None = None, vehicle: str = "") -> PastUpload | None:
     """The newest upload or roll back that was begun and never finished; None if a later upload or roll back has settled
-    the values on its vehicle.
+    the values on its vehicle. `system` and `vehicle` restrict them as in `last_accepted`.
     """
     held: dict[int, set[str]] = {}
     settled: set[int] = set()
-    for kept in reversed(kept_in(receipts, system)):
+    for kept in reversed(kept_of(receipts, vehicle, system)):
         if kept.system in settled:
             continue
         of_vehicle = held.setdefault(kept.system, set())

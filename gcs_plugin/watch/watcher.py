@@ -139,7 +139,8 @@ class Watcher:
         """Once that recording is read, go on from its state."""
         if self._past_gap is not None and self._past_gap.ready:
             self._live_gap, self._past_gap = self._past_gap.up_to_now(), None
-            for name, value in self._stated.items():
+            # The set in force last: it tells whether those values are in it.
+            for name, value in sorted(self._stated.items(), key=lambda stated: stated[0] == ACTIVE):
                 self._live_gap.parameter(name, value)
 
     def feed(self, frame: Frame, arrived_s: float, link: str) -> None:

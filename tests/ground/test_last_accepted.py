@@ -22,6 +22,7 @@ from gcs_plugin.params.last_accepted import (
     last_accepted,
     model_in_force,
     newest_before,
+    rolled_back,
     written_since,
 )
 from gcs_plugin.params.plan import make_plan
@@ -193,6 +194,39 @@ def test_what_was_sent_to_another_vehicle_is_none_of_a_vehicles_receipts(receipt
     assert of["ruvifist"] == [ours, unnamed]
     assert of["bluerov2"] == [theirs, unnamed, begun, back]
     assert of[""] == [theirs, ours, unnamed, begun, back]
+
+
+def test_of_two_vehicles_with_the_same_address_neither_takes_back_what_the_other_accepted(receipts):
+    other = dataclasses.replace(SIDECAR, vehicle="bluerov2")
+    first = receipts.keep(FF1_M_U=100.0)
+    theirs = receipts.keep(FF0_M_U=50.0, sidecar=other)
+    ours = receipts.keep(FF1_M_U=104.0, sidecar=dataclasses.replace(SIDECAR, configuration="laden"))
+    assert written_since(receipts.path, 1, theirs) == {"FF0_M_U"}
+    receipts.keep(restores=str(theirs), FF0_M_U=1.0)
+    assert receipts.accepted() == {"FF1_M_U": 104.0}
+    assert model_in_force(receipts.path, "ruvifist").path.name.startswith(time_of(ours))
+    assert (rolled_back(receipts.path, 1, "ruvifist") is None, newest_before(receipts.path, 1)) == (
+        True,
+        ours,
+    )
+    assert rolled_back(receipts.path, 1, "bluerov2").restores == str(theirs)
+    receipts.keep(restores=str(first), FF1_M_U=1.0)
+    assert receipts.accepted() == {}
+
+
+def test_of_two_vehicles_with_the_same_address_neither_is_told_of_an_unfinished_upload_of_the_other(receipts):
+    other = dataclasses.replace(SIDECAR, vehicle="bluerov2")
+    begun = receipts.keep(Outcome.BEGUN, FF0_M_U=51.0)
+    wanted = begun.with_name(begun.name.replace("-before.param", "-wanted.param"))
+    write_with_sidecar(wanted, {"FF0_M_U": 51.0}, (), other, 1, 1)
+    receipts.keep(FF1_M_U=100.0)
+    assert unfinished(receipts.path, 1, "ruvifist") is None
+    assert unfinished(receipts.path, 1, "bluerov2").preimage == begun
+    for vehicle, told in ("ruvifist", False), ("bluerov2", True):
+        wanted = Wanted({"FF1_M_U": 17.0}, sidecar=dataclasses.replace(SIDECAR, vehicle=vehicle))
+        notes = propose_upload(Path("a.param"), wanted, {"FF1_M_U": 90.0}, None, receipts.path, 1).notes
+        assert any("was never finished" in note for note in notes) is told
+    assert newest_before(receipts.path, 1) != begun
 
 
 def test_an_upload_that_was_never_finished_is_what_a_roll_back_goes_back_to(receipts):

@@ -3,6 +3,7 @@
 import os
 import re
 import struct
+import threading
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +19,7 @@ from gcs_plugin.fleet import Fleet
 from gcs_plugin.recording.state import Holding, write_holding
 from gcs_plugin.watch.alarms import Settings, load_settings
 from gcs_plugin.watch.picture import Alarm, Kind
+from gcs_plugin.watch.watcher import Watcher
 
 module = pytest.importorskip("gcs_plugin.mavproxy.module", reason="MAVProxy is not installed")
 recordings = pytest.importorskip("gcs_plugin.mavproxy.recordings", reason="MAVProxy is not installed")
@@ -40,12 +42,12 @@ def dive(name, began_s):
     return folder
 
 
-def of_another(present):
+def of_another(present, say=lambda _: None):
     """MAVProxy at the hub of a process that records into `present`."""
     clock = SimulatedClock()
     began = "2026-11-20T09:12:03Z"
     write_holding(Holding(os.getpid(), HUB, (), str(present), began, 1, 1, 0, 7200.0, (), clock.unix_s()))
-    return recordings.Recordings(clock, lambda _: None, lambda: [HUB], lambda: None)
+    return recordings.Recordings(clock, say, lambda: [HUB], lambda: None)
 
 
 def test_the_dive_that_another_process_records_is_refused_and_the_one_before_it_taken():
@@ -86,6 +88,23 @@ def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_say
         recorder.stop()
 
 
+def test_an_order_for_the_next_dive_that_fails_unexpectedly_is_told_and_can_be_given_again(monkeypatch):
+    said = []
+    recorder = of_another(dive("b", 1.79e9), said.append)
+
+    def fails(_):
+        raise OSError("the disk has gone")
+
+    monkeypatch.setattr("gcs_plugin.recording.orders.next_dive", fails)
+    for _ in range(2):
+        recorder.command(["next"])
+        for thread in threading.enumerate():
+            if thread.name == "next dive":
+                thread.join()
+        recorder.tick()
+    assert said == ["seatrial: the next dive could not be ordered (the disk has gone); order it again"] * 2
+
+
 def test_a_recording_goes_on_where_another_can_not_begin():
     recorder = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
     recorder.command(["start"])
@@ -118,6 +137,26 @@ def test_once_another_vehicle_is_meant_no_alarm_of_the_one_before_is_told_or_hid
     made._vehicle("2")
     assert made._picture is None
     assert made._bell.hear((alarm,), 2.0) == (alarm,)
+
+
+def test_two_vehicles_with_the_same_address_on_two_links_are_told_of_once_each_time_they_are_found():
+    made = module.SeatrialModule.__new__(module.SeatrialModule)
+    clock, said, watcher = SimulatedClock(), [], Watcher(None, None, settings=Settings(bell=False))
+    made.say_line, made._clock, made._taps, made._look_s = said.append, clock, [], 0.0
+    made.mpstate, made._bell = SimpleNamespace(mav_master=[]), Bell(Settings(bell=False), print)
+    idle = SimpleNamespace(tick=list)
+    made._recordings = made._switching = made._parameters = made._work = idle
+    made._watcher, made._picture, encoders = watcher, None, {"a": Encoder(1, 1), "b": Encoder(1, 1)}
+    for second in range(1, 60):
+        clock.advance_to(float(second))
+        for link, boot_ms in ("a", 1000 * second), ("b", 500_000 + 1000 * second):
+            beat = dialect.MAVLink_heartbeat_message(12, 3, 0, 0, 4, 3)
+            for message in beat, dialect.MAVLink_system_time_message(0, boot_ms):
+                (frame,) = Framer().feed(encoders[link].encode(message))
+                watcher.feed(frame, clock.now_s, link)
+        made.idle_task()
+    twins = [line for line in said if "two vehicles beat as system 1, component 1" in line]
+    assert len(twins) == 1
 
 
 def test_who_takes_the_module_out_is_told_that_off_is_sent_no_more_and_not_confirmed():

@@ -17,7 +17,7 @@ from bridge import exit_codes
 from bridge.plain import plain
 from bridge.reports import PAGE, UNKEPT, Report
 from gcs_plugin.dives.folder import DiveFolder
-from gcs_plugin.params import last_accepted, unfinished
+from gcs_plugin.params import last_accepted
 from gcs_plugin.params.files import write_parameters
 from gcs_plugin.params.last_accepted import keep_accepted
 from gcs_plugin.params.receipt import RECEIPT, Line, PastUpload, Receipt, path_of
@@ -548,8 +548,8 @@ def test_what_is_uploaded_to_a_vehicle_is_told_apart_by_its_system_and_so_is_wha
     asked = []
 
     def receipts_hold(kept_in):
-        for module in (last_accepted, unfinished):
-            monkeypatch.setattr(module, "kept_in", kept_in)
+        monkeypatch.setattr(last_accepted, "kept_in", kept_in)
+        place.write(place.receipts / "2026-11-21T090000Z-receipt.json")
 
     monkeypatch.setattr(
         "tui.app.read_situation.last_accepted", lambda _, system, *__: asked.append(system) or {}

@@ -412,6 +412,16 @@ def test_the_question_names_the_dive_and_the_recording_is_ended_only_where_that_
     assert boat.orders == ["end"]
 
 
+def test_a_recording_that_is_being_ended_is_not_ended_a_second_time():
+    boat, answered = Boat(), threading.Event()
+    at_once = boat.desk.next_dive
+    boat.desk.next_dive = lambda: at_once() if answered.wait(60.0) else None
+    told, finished = after(["ctrl+n", "ctrl+e", Lacks("Type END"), lambda _: answered.set()], boat)
+    assert told == "the recording has not answered the last order yet; wait for that"
+    assert "the next dive is recorded" in finished
+    assert boat.orders == ["next"]
+
+
 def test_a_recording_begun_since_the_question_was_asked_is_not_ended_by_its_answer():
     boat = Boat()
 

@@ -81,6 +81,24 @@ def test_each_state_has_its_words_and_its_role(shown, cells, words, role):
 
 
 @pytest.mark.parametrize(
+    ("armed", "words"),
+    [
+        (Armed.ARMED, [" ? was ARMED, 40 s ago "]),
+        (Armed.FAILSAFE, [" ? was FAILSAFE, 40 s ago "]),
+        (Armed.DISARMED, []),
+        (Armed.UNKNOWN, []),
+    ],
+)
+def test_of_a_dive_that_is_over_the_first_line_says_whether_its_vehicle_was_armed_when_last_heard(
+    armed, words
+):
+    over = replace(with_picture(armed=armed, armed_age_s=40.0), recording=None, over=True)
+    told = [text for text, _ in first(over, 80) if "40 s ago" in text]
+    assert told == words
+    assert ("DIVE OVER", "strong") in first(over, 80)
+
+
+@pytest.mark.parametrize(
     ("armed", "age_s", "silent"),
     [
         (Armed.DISARMED, 4.0, True),

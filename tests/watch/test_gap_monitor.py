@@ -13,6 +13,7 @@ from bridge.simulator.truth import load_truth
 from bridge.vehicle.coefficients import BY_NAME
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.legs import Leg, Mission
+from bridge.vehicle.parameters import set_crc
 from bridge.wire.readings import Reading
 from gcs_plugin.monitor.causes import likeliest
 from gcs_plugin.monitor.gap import LEARNING_S, GapMonitor, gap_line, worst
@@ -337,6 +338,39 @@ def test_nothing_is_compared_without_a_model_a_file_or_while_disarmed():
     assert live.gap.learns_s > 0  # the floor of another model is another one
     live.take(Reading("alive", math.nan, (0.0, 12.0, 0.0)))
     assert live.gap is None
+
+
+def test_a_set_that_is_only_written_changes_no_model_until_it_is_in_force():
+    readings = list(said(simulate_truth(RUVIFIST, "survey", THERE_AND_BACK, seed=8)))[:6000]
+    live = live_with(TRUTH.model)
+    for reading in readings:
+        live.take(reading)
+    live.parameter("FF_ACTIVE", 4711.0)
+    live.parameter("FF0_D_U", 50.0)
+    assert is_kept(live, said_later(readings, 200.0))
+    live.parameter("FF_ACTIVE", 4711.0)
+    assert is_kept(live, said_later(readings, 400.0))
+    live.parameter("FF_ACTIVE", 4712.0)
+    assert not is_kept(live, said_later(readings, 600.0))
+
+
+def test_values_that_make_up_the_set_in_force_are_taken_over_though_that_was_in_force_before():
+    readings = list(said(simulate_truth(RUVIFIST, "survey", THERE_AND_BACK, seed=8)))[:6000]
+    live = live_with(TRUTH.model)
+    for reading in readings:
+        live.take(reading)
+    live.parameter("FF_ACTIVE", float(set_crc({"FF0_D_U": 50.0})))
+    live.parameter("FF0_D_U", 50.0)
+    assert not is_kept(live, said_later(readings, 200.0))
+
+
+def is_kept(live, readings):
+    """Whether the floor that was learnt holds on while these are heard; another model has another floor."""
+    for reading in readings:
+        live.take(reading)
+        if live.gap is not None and live.gap.learns_s:
+            return False
+    return True
 
 
 @pytest.mark.parametrize(

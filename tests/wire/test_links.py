@@ -378,17 +378,24 @@ def test_nobody_waits_for_a_network_that_takes_its_time_to_connect():
 
 
 def test_why_a_link_could_not_be_opened_aside_is_said_until_it_is():
-    attempts: list[Link | LinkError] = [LinkError("tcp:far:1: refused"), memory_pair()[0]]
+    attempts: list[Link | Exception] = [
+        LinkError("tcp:far:1: refused"),
+        OSError("the adapter has gone"),
+        ValueError("no such baud rate"),
+        memory_pair()[0],
+    ]
 
     def factory():
         attempt = attempts.pop(0)
-        if isinstance(attempt, LinkError):
+        if isinstance(attempt, Exception):
             raise attempt
         return attempt
 
     said: list[str] = []
     assert opened(Aside(factory, "tcp:far:1"), said).name == "memory:a"
     assert "tcp:far:1: refused" in said
+    for why in "the adapter has gone", "no such baud rate":
+        assert f"tcp:far:1: can't be opened ({why}); check the link and its name" in said
 
 
 def opened(aside, said=None):

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -114,6 +115,20 @@ def test_a_silent_device_one_that_makes_no_sense_and_one_that_is_back_are_named(
     expected = ["dvl silent: check cable", "esc silent: check cable", "fog silent: check cable"]
     assert silent == [*expected, "imu makes no sense: check its baud"]
     assert texts[4:] == ["fog is back"]
+
+
+def test_a_gyro_of_which_no_rate_is_valid_is_told_of_and_is_back_with_the_first_valid_one(rig):
+    texts: list[str] = []
+    for i in range(1, 100):
+        now_s = 0.1 * i
+        rig.clock.advance_to(now_s)
+        block = fog(now_s, [0.0] * 100)
+        valid = np.zeros(100, bool)
+        valid[-1] = i == 99
+        rig.bridge.receive("fog", b"", now_s)
+        rig.bridge.accept("fog", [replace(block, valid=valid)])
+        texts += [m.text for m in rig.step() if m.get_type() == "STATUSTEXT" and "fog" in m.text]
+    assert texts == ["fog makes no sense: check its baud", "fog is back"]
 
 
 def test_a_device_on_the_network_that_makes_no_sense_is_named_by_its_address_not_by_a_baud():

@@ -3,7 +3,7 @@
 import math
 import textwrap
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, TypeVar
 
 from bridge.vehicle.mode import word_of
@@ -117,7 +117,7 @@ def pieces(view: View) -> tuple[Piece, ...]:
     """The parts of the first line."""
     picture = view.picture
     over = WAITS if view.waits else OVER
-    heard = (over,) if view.over else (_armed(picture), _link(picture.links))
+    heard = (over, *_armed_at_end(picture)) if view.over else (_armed(picture), _link(picture.links))
     seen = (*heard, _recording(view), _feedforward(view))
     return (VIEW_ONLY, *seen) if view.view_only else seen
 
@@ -162,6 +162,12 @@ def _armed(picture: Picture) -> Piece:
     return Piece(9, "lost", (f" ? was {word}, {ago(age_s)} ", f" ? was {word} "))
 
 
+def _armed_at_end(picture: Picture) -> tuple[Piece, ...]:
+    """How a vehicle that nobody hears any more was when it was last heard; nothing if it was disarmed."""
+    is_known = picture.armed in (Armed.ARMED, Armed.FAILSAFE) and picture.armed_age_s > STALE_S
+    return (replace(_armed(picture), role="strong"),) if is_known else ()
+
+
 def _link(links: tuple[LinkRow, ...]) -> Piece:
     if not links:
         return Piece(8, "lost", (" NO LINK ",))
@@ -173,8 +179,8 @@ def _link(links: tuple[LinkRow, ...]) -> Piece:
         seconds = f"{age_s:.0f} s" if math.isfinite(age_s) else "never heard"
         return Piece(8, "lost", (f" LINK LOST {seconds} ", " LINK LOST "))
     address = f"sys {link.system}/{link.component}"
-    told = (row.loss for row in links if row.system == link.system and row.name == link.name)
-    share = next((loss for loss in told if math.isfinite(loss)), math.nan)
+    losses = (row.loss for row in links if row.system == link.system and row.name == link.name)
+    share = next((loss for loss in losses if math.isfinite(loss)), math.nan)
     if math.isnan(share):
         return Piece(8, "plain", (f"LINK {age_s:.1f} s  {address}", f"LINK {age_s:.1f} s"))
     loss = f"loss {100 * share:.0f} %"

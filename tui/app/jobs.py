@@ -314,8 +314,8 @@ def ended(verb: str, state: JobState | None, cells: int) -> Lines:
     if state is None or state.done is None:
         return ()
     if state.cancelled and state.draws:
-        found = "what it found is below" if state.unkept is None else NOT_KEPT
-        return wrapped(f"the page of {verb} was stopped by you; {found}", "warn", cells)
+        outcome = "what it found is below" if state.unkept is None else NOT_KEPT
+        return wrapped(f"the page of {verb} was stopped by you; {outcome}", "warn", cells)
     if state.cancelled:
         return wrapped(f"{verb} was stopped by you; what lay there before stays", "warn", cells)
     if state.done.result is None or state.done.code == exit_codes.BAD_INPUT:

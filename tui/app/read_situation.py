@@ -3,6 +3,7 @@
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import lru_cache
 from pathlib import Path
 from typing import Final
@@ -13,6 +14,7 @@ from bridge.vehicle.mode import Mode, word_of
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import ACCEPTED, AcceptedValue, last_accepted, rolled_back, vehicle_in
 from gcs_plugin.params.meaning import coefficient_of
+from gcs_plugin.params.receipt import PastUpload
 from gcs_plugin.params.unfinished import unfinished
 from gcs_plugin.watch.picture import Armed, Kind
 from tui.app.desk import ACCEPTABLE, DIAGNOSED, LIST, VALIDATED, Desk, ended_ns
@@ -41,7 +43,8 @@ def read_situation(desk: Desk, view: View) -> Situation:
     folders = desk.dives()
     values = desk.values(dive)
     system = picture.links[0].system if picture.links else None
-    known = _known(desk.receipts, system, values)
+    past = _past(desk.receipts, system, values)
+    known = past.accepted
     accepted_ns = _accepted_ns(desk.receipts, known)
     if values is not None:
         uploaded_ns = _uploaded_ns(desk.receipts, values, known)
@@ -49,7 +52,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         # Receipts of an earlier vehicle say nothing of one that itself says what its set lacks.
         lacks_set = any(said.of_set and not said.past for said in picture.said)
         uploaded_ns = 0 if lacks_set else accepted_ns
-    rolled = rolled_back(desk.receipts, system) if values is not None else None
+    rolled = past.rolled_back if values is not None else None
     taken_back_ns = written_ns(rolled.preimage) if rolled is not None else 0
     taken_back = values is not None and taken_back_ns > written_ns(values)
     flown, go = _judged(dive) if dive is not None else ("", None)
@@ -83,7 +86,7 @@ def read_situation(desk: Desk, view: View) -> Situation:
         accepts=accepts,
         changed=sent is not None and sent.changed,
         uploaded=uploaded_ns > 0,
-        halfway=values is not None and unfinished(desk.receipts, system) is not None,
+        halfway=values is not None and past.unfinished is not None,
         taken_back=taken_back,
         after_roll_back=taken_back and dive is not None and ended_ns(dive) > taken_back_ns,
         mode=word_of(picture.ff_mode) if knows_mode and picture.ff_mode is not None else "",
@@ -139,30 +142,41 @@ def _determined(dive: Path) -> tuple[tuple[str, ...], int | None]:
     return lacking, len(wanted) - len(lacking)
 
 
-def _known(receipts: Path, system: int | None, values: Path | None) -> Mapping[str, AcceptedValue]:
-    """The values last accepted by the vehicle of that system, or any, and of no other vehicle than `values` are of;
-    none where receipts can't be read. They are read anew only where a file has changed: that takes milliseconds an
+@dataclass(frozen=True)
+class _Past:
+    """What the receipts tell of a vehicle, as the functions of these names return it."""
+
+    accepted: Mapping[str, AcceptedValue] = field(default_factory=dict)
+    rolled_back: PastUpload | None = None
+    unfinished: PastUpload | None = None
+
+
+def _past(receipts: Path, system: int | None, values: Path | None) -> _Past:
+    """What the receipts tell of the vehicle of that system, or any, and of no other vehicle than `values` are of;
+    nothing where receipts can't be read. They are read anew only where a file has changed: that takes milliseconds an
     upload, for which a key would wait."""
     try:
         with os.scandir(receipts) as entries:
             state = frozenset((entry.name, entry.stat().st_mtime_ns) for entry in entries)
     except OSError:
-        return {}
-    return _read_known(receipts, system, values, written_ns(values) if values is not None else 0, state)
+        return _Past()
+    return _read_past(receipts, system, values, written_ns(values) if values is not None else 0, state)
 
 
 @lru_cache(4)
-def _read_known(
+def _read_past(
     receipts: Path,
     system: int | None,
     values: Path | None,
     _changed_ns: int,
     _state: frozenset[tuple[str, int]],
-) -> Mapping[str, AcceptedValue]:
+) -> _Past:
     try:
-        return last_accepted(receipts, system, "" if values is None else vehicle_in(values))
+        vehicle = "" if values is None else vehicle_in(values)
+        accepted = last_accepted(receipts, system, vehicle)
     except (ParamError, LogError):
-        return {}
+        vehicle, accepted = "", {}
+    return _Past(accepted, rolled_back(receipts, system, vehicle), unfinished(receipts, system, vehicle))
 
 
 def _uploaded_ns(receipts: Path, values: Path, known: Mapping[str, AcceptedValue]) -> int:

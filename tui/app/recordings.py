@@ -22,6 +22,7 @@ ORDERS = "orders"
 ANNOUNCED_S = 60.0
 END = "END"
 NOTHING_RUNS = "no recording runs that the app could speak to"
+ORDERED = "the recording has not answered the last order yet; wait for that"
 BEGINS = "a recording begins already; wait until it runs, or says why not"
 
 
@@ -131,17 +132,26 @@ class Recordings(Shell):
         """Let the recording go on in a new folder, without a question, since nothing is lost either way."""
         if self.desk.next_dive is None or not self._views.view().records:
             self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
-        elif not any(worker.group == ORDERS and not worker.is_finished for worker in self.workers):
+        elif not self._order_runs():
             self.run_worker(self._order(self.desk.next_dive, "the next dive is recorded"), group=ORDERS)
+
+    def _order_runs(self) -> bool:
+        """Whether the recording was told to end, or to go on in a new folder, and has not answered yet."""
+        return any(worker.group == ORDERS and not worker.is_finished for worker in self.workers)
 
     def action_end_recording(self) -> None:
         end, recorded = self.desk.end_recording, self.desk.recorded()
         if end is None or recorded is None or not self._views.view().records:
             self.notify(f"{NOTHING_RUNS}{self._begins()}", severity="error")
             return
+        if self._order_runs():
+            self.notify(ORDERED)
+            return
 
         def answered(typed: str | None) -> None:
-            if typed is not None and self.desk.recorded() != recorded:
+            if typed is not None and self._order_runs():
+                self.notify(ORDERED)
+            elif typed is not None and self.desk.recorded() != recorded:
                 self.notify(f"the recording of {recorded.name} is over already; nothing was ended")
             elif typed is not None and agrees(typed, END):
                 self._off_may_record = False

@@ -147,8 +147,8 @@ def _foretold_in_force(
 
 def send_first(receipts: Path, file: VehicleFile, dive: Dive, configuration: str) -> str:
     """Advice before a diagnosis: upload accepted effects that were never sent; "" without such."""
-    found = unsent(receipts, dive, file, configuration)
-    return "" if found is None else how_to_send(*found)
+    diagnosis = unsent(receipts, dive, file, configuration)
+    return "" if diagnosis is None else how_to_send(*diagnosis)
 
 
 def whole_table(errors: Mapping[str, TrackingErrors]) -> Table | None:

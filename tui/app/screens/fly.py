@@ -391,8 +391,8 @@ class FlyScreen(StationScreen):
                 title = heading("KNOWN, half of the 95 % interval", "", cells)
                 lines = (*lines, title, *width_lines(known, cells))
             said = [report.words for report in reversed(state.reports) if report.of == SAID]
-            told = stacked(said, "plain", cells, hanging)
-            lines = (*lines, heading("SAID, the newest first", "", cells), *told)
+            sentences = stacked(said, "plain", cells, hanging)
+            lines = (*lines, heading("SAID, the newest first", "", cells), *sentences)
         if proposed is None or self.flies:
             return lines
         plan = proposed_lines(proposed, cells)

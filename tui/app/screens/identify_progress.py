@@ -127,8 +127,8 @@ def progress(state: JobState, now_s: float, cells: int, goes_on: bool = False) -
         lines.append((("reading the dive", "quiet"),))
     at_work = not all(report.answered for report in newest.values())
     for method, report in newest.items():
-        beside = ": its values stand behind vs" if report.answered and at_work else ""
-        lines.append(_bar(method, replace(report, words=f"{report.words}{beside}"), cells))
+        note = ": its values stand behind vs" if report.answered and at_work else ""
+        lines.append(_bar(method, replace(report, words=f"{report.words}{note}"), cells))
     return tuple(lines)
 
 

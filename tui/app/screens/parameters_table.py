@@ -150,11 +150,11 @@ def _told_in_place(
 ) -> _Columns:
     """`values` with what became of a line, or why it can't be written, in place of its change."""
     *others, change = values
-    told = tuple(
+    spans = tuple(
         of_words if entry.name in became or not (entry.choosable or _is_same(entry)) else of_change
         for entry, of_words, of_change in zip(entries, words.spans, change.spans, strict=True)
     )
-    return (*others, _Column(change.head, told))
+    return (*others, _Column(change.head, spans))
 
 
 def _column(head: str, spans: Sequence[Span], least: int = 0) -> _Column:
