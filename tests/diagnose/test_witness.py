@@ -24,6 +24,9 @@ from identify.ingest.rotation import euler_angles
 SUSPECTS = COMMAND_DELAY, GYRO_BIAS, GYRO_SCALE
 
 
+WITH_FOG = 300_911
+
+
 def nominal_with(names, seed=300_901):
     case = draw_case(seed, names=names, size=0.8, seconds=120.0, rpm=True)
     return case, planted_nominal(case)
@@ -37,7 +40,7 @@ def case_and_nominal():
 @pytest.fixture(scope="module")
 def turning():
     """A dive that turns round more than once."""
-    case = draw_case(310_000, names=[], seconds=150.0)
+    case = draw_case(310_002, names=[], seconds=150.0)
     dive = dive_of(case)
     assert np.ptp(np.unwrap(euler_angles(dive.attitude.value)[2])) > 2.0 * np.pi
     return case, dive
@@ -52,7 +55,8 @@ def of_kind(nominal, kind):
     return [witness for witness in nominal.witnesses if witness.kind == kind]
 
 
-def test_where_nothing_hides_each_witness_reads_noise(honest):
+def test_where_nothing_hides_each_witness_reads_noise():
+    _, honest = nominal_with([], WITH_FOG)
     kinds = {witness.kind for witness in honest.witnesses}
     assert kinds == {"shaft", "heading", "specific_force"}
     for witness in honest.witnesses:
@@ -72,12 +76,18 @@ def test_shafts_that_stand_still_at_small_pulses_are_seen_thruster_by_thruster()
 
 
 def test_a_gyro_that_turns_at_rest_turns_on_beyond_the_heading():
-    case, nominal = nominal_with(["gyro_bias"])
+    case, nominal = nominal_with(["gyro_bias"], WITH_FOG)
     bias = case.truth()["effects"][0]["parameters"]["z"]
     (heading,) = of_kind(nominal, "heading")
     assert heading.off.mean() == pytest.approx(-5.0 * bias, rel=0.1)
     seen = heading.of(GYRO_BIAS.act(nominal.course, np.array([bias])))
     np.testing.assert_allclose(seen, -5.0 * bias)
+
+
+def test_without_a_fibre_optic_gyro_the_heading_is_among_the_readings_and_no_witness(honest):
+    assert of_kind(honest, "heading") == []
+    (yaw,) = (problem for problem in honest.joint.problems if problem.axis.dof == 5)
+    assert [channel.name for channel in yaw.axis.channels] == ["gyro", "attitude"]
 
 
 def test_a_gyro_whose_scale_is_off_is_named_with_its_size_instead_of_a_late_thrust(turning):

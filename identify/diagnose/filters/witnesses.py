@@ -20,7 +20,7 @@ from identify.diagnose.filters.deviation import deviations
 from identify.dive import Dive, Signal
 from identify.effects.course import Course, delayed, lagged
 from identify.effects.effect import Act
-from identify.estimators.axes.readings import steers_unheard, tumbles
+from identify.estimators.axes.readings import reads_fog, tumbles
 from identify.ingest.rotation import euler_angles
 from identify.statistics import bulk_std
 
@@ -241,15 +241,10 @@ def _lagging(asked: Array, keep: Array) -> Array:
 
 
 def _heading(dive: Dive, course: Course) -> Iterator[Witness]:
-    """Turn of the heading in a window, less the gyros' turn; the compass' deviation is a nuisance."""
-    turn = dive.fog if dive.fog is not None and len(dive.fog) else dive.gyro
-    if (
-        dive.attitude is None
-        or turn is None
-        or len(turn) < LEAST_ROWS
-        or steers_unheard(dive)
-        or tumbles(dive)
-    ):
+    """Turn of the heading in a window, less the fibre-optic gyro's; the compass' deviation is a nuisance. Without that
+    gyro the heading is among the readings."""
+    turn = dive.fog if reads_fog(dive) else None
+    if dive.attitude is None or turn is None or len(turn) < LEAST_ROWS or tumbles(dive):
         return
     rate = turn.value[:, -1]
     heading = np.unwrap(euler_angles(dive.attitude.value)[2])

@@ -69,7 +69,9 @@ def channels(dive: Dive, dof: int, velocity: Signal | None, pose: Signal | None)
             sensors.append(_direct("depth", pose, 0, POSITION))
     else:
         sensors = [_rate(dive, dof)]
-        if dof in (ROLL, PITCH) or steers_unheard(dive):
+        # The controller holds the heading, and samples of a gyro's rate do not add up to it; a fibre-optic gyro's
+        # increments do.
+        if dof in (ROLL, PITCH) or not reads_fog(dive):
             sensors.append(_angle(pose))
     if sensors[0] is None:
         alone = _direct("depth", pose, 0, POSITION) if dof < 3 else _angle(pose)
@@ -89,10 +91,10 @@ def _tells_of_speed(pose: Channel) -> bool:
     return bool(np.sqrt(np.mean(moved**2)) > TELLING * np.sqrt(2.0) * pose.noise)
 
 
-def steers_unheard(dive: Dive) -> bool:
-    """Whether no recorded signal shows what the controller in yaw used. It may then have used the heading, which has
-    to be among the readings."""
-    return dive.nu_fb is None and (dive.fog is None or not len(dive.fog))
+def reads_fog(dive: Dive) -> bool:
+    """Whether a fibre-optic gyro tells the turn in yaw. If not, the heading is among the readings."""
+    rate = _rate(dive, YAW)
+    return rate is not None and rate.state_read == INCREMENT
 
 
 def noise_std(values: Array) -> float:
