@@ -113,7 +113,8 @@ def test_a_tcp_peer_whose_cable_was_pulled_is_lost_within_ten_seconds_though_dat
     monkeypatch.setattr(socket.socket, "setsockopt", notes)
     server = open_tcpin("127.0.0.1", 0)
     client = open_link(f"tcp:127.0.0.1:{server.port}")
-    server.read(SOON_S)
+    client.write(b"here")
+    assert read_exactly(server, 4) == b"here"
     assert limits == [10_000, 10_000]
     client.close()
     server.close()
