@@ -1,4 +1,4 @@
-"""Known holes in the installed packages: pip-audit, in an environment of its own, over a named environment.
+"""Known holes in the installed packages: pip-audit, in an environment of its checker, over a named environment.
 
 A hole is reported and fails nothing: one that became known today must not stop a change that has nothing to do with
 it. If the index or its list of holes does not answer, that is reported, and nothing is taken for safe.
@@ -16,7 +16,7 @@ VERSION = "2.10.1"
 PATIENCE_S = 300
 
 
-def told(report: dict[str, Any]) -> list[str]:
+def sentences(report: dict[str, Any]) -> list[str]:
     """A report of pip-audit in sentences, the last of which says of how many packages it tells."""
     packages = report.get("dependencies", [])
     asked = [package for package in packages if "skip_reason" not in package]
@@ -40,9 +40,9 @@ def audited(environment: Path) -> list[str]:
     if not folders:
         return [f"audit: skipped, {environment} is no environment"]
     with tempfile.TemporaryDirectory() as place:
-        own, report = Path(place) / "own", Path(place) / "report.json"
-        venv.create(own, with_pip=True)
-        python = str(own / "bin" / "python")
+        checker, report = Path(place) / "checker", Path(place) / "report.json"
+        venv.create(checker, with_pip=True)
+        python = str(checker / "bin" / "python")
         paths = [word for folder in folders for word in ("--path", folder)]
         steps = (
             [python, "-m", "pip", "install", "--quiet", f"pip-audit=={VERSION}"],
@@ -63,7 +63,7 @@ def audited(environment: Path) -> list[str]:
                 return [f"audit: skipped, the index does not answer within {PATIENCE_S} s"]
         if not report.exists():
             return ["audit: skipped, the index or its list of known holes does not answer"]
-        return told(json.loads(report.read_text(encoding="utf-8")))
+        return sentences(json.loads(report.read_text(encoding="utf-8")))
 
 
 if __name__ == "__main__":

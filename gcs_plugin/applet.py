@@ -117,22 +117,22 @@ class Station(Asking):
 
     def beating(self, seconds: float) -> bool:
         """Whether the applet beats within `seconds`."""
-        return self._told(MODE, seconds) is not None
+        return self._telemetry(MODE, seconds) is not None
 
     def lets_go(self, seconds: float) -> bool | None:
         """Whether the applet has proved that an override ends by itself; None where it has not tried yet."""
-        proof = self._told(ENDS, seconds)
+        proof = self._telemetry(ENDS, seconds)
         return None if proof is None else bool(proof)
 
-    def _told(self, name: str, seconds: float) -> float | None:
+    def _telemetry(self, name: str, seconds: float) -> float | None:
         """The value of that name in the applet's telemetry; None if it does not come within `seconds`."""
 
-        def told(message: Any) -> float | None:
+        def value(message: Any) -> float | None:
             mine = message.get_type() == "NAMED_VALUE_FLOAT" and message.name == name
             return float(message.value) if mine else None
 
         try:
-            return self.until(told, seconds)
+            return self.until(value, seconds)
         except LinkTimeout:
             return None
 

@@ -94,7 +94,7 @@ def unit(text: str) -> str:
 
 def raised(sentence: str) -> str:
     """The sentence with the powers of a unit after a number raised, as in `14 kg m²`."""
-    return re.sub(r"(?<=\d )(?:kg m2|kg/m3|m/s2|N s2/m2|N m s2)\b", lambda found: unit(found[0]), sentence)
+    return re.sub(r"(?<=\d )(?:kg m2|kg/m3|m/s2|N s2/m2|N m s2)\b", lambda power: unit(power[0]), sentence)
 
 
 def unit_after(text: str) -> str:

@@ -27,7 +27,7 @@ def test_a_hole_is_told_with_what_mends_it(audit):
         {"name": "b", "version": "3.0", "vulns": []},
         {"name": "seatrial", "skip_reason": "not on the index"},
     ]
-    assert audit["told"]({"dependencies": packages}) == [
+    assert audit["sentences"]({"dependencies": packages}) == [
         "audit: HOLE a 1.0: PYSEC-1, mended in 1.1, 2.0",
         "audit: HOLE a 1.0: PYSEC-2, mended in none yet",
         "audit: 2 known holes in 2 packages; of 1 nothing is known",
@@ -36,7 +36,7 @@ def test_a_hole_is_told_with_what_mends_it(audit):
 
 @pytest.mark.parametrize("packages", [[], [{"name": "a", "skip_reason": "not found"}]])
 def test_a_list_that_answers_for_nothing_is_not_taken_for_safe(audit, packages):
-    assert audit["told"]({"dependencies": packages}) == [
+    assert audit["sentences"]({"dependencies": packages}) == [
         "audit: skipped, the list of known holes does not answer for any package"
     ]
 

@@ -42,3 +42,27 @@ def test_words_that_stand_for_nothing_are_rare():
     share = 1000.0 / counted.total()
     often = {word: counted[word] * share for word in MOST}
     assert {word: rate for word, rate in often.items() if rate > MOST[word]} == {}
+
+
+NO_NOUNS = {"told", "one", "beside", "kin", "sure", "own"}
+
+
+def test_nothing_is_named_by_a_word_that_does_not_say_what_it_is():
+    names = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for name in _given_names(node)
+        if name.strip("_").lower() in NO_NOUNS
+    }
+    assert not names
+
+
+def _given_names(node):
+    """The names that a node of the syntax tree gives: of a function, class, argument or variable."""
+    if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+        return (node.name,)
+    if isinstance(node, ast.arg):
+        return (node.arg,)
+    return (node.id,) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store) else ()

@@ -146,7 +146,7 @@ def page(bounds: list[Bound], trials: list[Trial], absent: tuple[str, ...] = ())
     """The section; `absent` names methods that this build lacks."""
     methods = list(dict.fromkeys(trial.method for trial in trials))
     tallies = [tally(method, bounds, trials) for method in methods]
-    told = [
+    shown = [
         tallied
         for tallied in tallies
         if any(math.isfinite(case.z) for case in tallied.cases) and tallied.method != "least squares"
@@ -159,7 +159,7 @@ def page(bounds: list[Bound], trials: list[Trial], absent: tuple[str, ...] = ())
         goals(tallies),
         apart_words(trials),
         _by_group(tallies),
-        *(_by_coefficient(tallied, bounds) for tallied in told),
+        *(_by_coefficient(tallied, bounds) for tallied in shown),
         _by_manoeuvre(tallies),
         _reading(),
     )

@@ -151,7 +151,7 @@ def _units() -> dict[tuple[str, str], str]:
     return {
         (effect.name, name): unit
         for effect in effects
-        for name, (_, unit) in effect.told(effect.start()).items()
+        for name, (_, unit) in effect.answer_parameters(effect.start()).items()
     }
 
 

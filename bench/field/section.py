@@ -177,7 +177,7 @@ def _instead(missed: Sequence[Judged]) -> str:
 
 def by_size(cases: Sequence[Judged]) -> str:
     """Table of the power by size over the sea, all effects together."""
-    hidden = sorted((one for one in cases if not one.empty), key=lambda one: one.size)
+    hidden = sorted((case for case in cases if not case.empty), key=lambda case: case.size)
     rows = []
     points = max(min(POINTS, len(hidden) // EACH_POINT), 1)
     for part in np.array_split(np.arange(len(hidden)), points):

@@ -88,7 +88,7 @@ def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
         "unknown told by a known cause alone": _rate(drawn, _called_by_a_cause),
         "unknown called no gap": _rate(drawn, lambda dive: dive.verdict == "no_gap"),
         "unknown refused": _rate(drawn, lambda dive: dive.verdict == "refused"),
-        "unknown with a likely cause, in any verdict": _rate(drawn, lambda dive: bool(dive.told)),
+        "unknown with a likely cause, in any verdict": _rate(drawn, lambda dive: bool(dive.causes)),
         "of those with the verdict unknown, right degree of freedom": _rate(
             by_name, lambda dive: dive.right_axis
         ),
@@ -123,7 +123,7 @@ def by_part(drawn: Sequence[Judged]) -> str:
 
 def misnamed(drawn: Sequence[Judged]) -> str:
     """The causes that were said to explain a drawn force."""
-    said = _counted(name for dive in drawn if _called_by_a_cause(dive) for name in dive.told)
+    said = _counted(name for dive in drawn if _called_by_a_cause(dive) for name in dive.causes)
     return paragraph(f"Known causes told instead of an unknown one: {said}.")
 
 

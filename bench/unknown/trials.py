@@ -25,7 +25,7 @@ class Judged:
     """A dive with its verdict, `refused` if the diagnosis gave none.
 
     hidden: name of the effect, "" for a drawn force; parts, dofs, multiple: the force's grammar, degrees of freedom
-    and drift in floors; told: the likely causes; where: degrees of freedom of the reported unexplained remainder.
+    and drift in floors; causes: the likely causes; where: degrees of freedom of the reported unexplained remainder.
     """
 
     seed: int
@@ -35,7 +35,7 @@ class Judged:
     dofs: tuple[str, ...]
     multiple: float
     verdict: str
-    told: tuple[str, ...]
+    causes: tuple[str, ...]
     where: tuple[str, ...]
 
     @property

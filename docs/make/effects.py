@@ -87,7 +87,9 @@ def _kind(form: Effect) -> str:
 
 
 def _parameters(form: Effect) -> list[tuple[str, ...]]:
-    units = {name: unit for name, (_, unit) in form.told(form.start()).items() if name != "thruster"}
+    units = {
+        name: unit for name, (_, unit) in form.answer_parameters(form.start()).items() if name != "thruster"
+    }
     same = list(units) == [parameter.name for parameter in form.parameters]
     others = ", ".join(f"`{name}` ({unit})" for name, unit in units.items())
     return [

@@ -37,7 +37,7 @@ def page() -> str:
         for coefficient in effect_coefficients(shape)
     )
     modes = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)
-    own = (
+    switches = (
         (code(MODE), f"what the feed-forward does: {modes}"),
         (code(COMMIT), "write the CRC of the staged set: the whole set comes into force at once; 0: none is"),
         (code(ACTIVE), "the CRC of the set in force, 0 for none; read only"),
@@ -66,7 +66,7 @@ and says so.
 {table(HEAD, effects)}
 ## The feed-forward itself
 
-{table(("parameter", "what it is"), own)}
+{table(("parameter", "what it is"), switches)}
 ## What follows
 
 `identify` tells these beside the totals; no vehicle takes them as parameters.

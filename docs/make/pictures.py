@@ -154,15 +154,16 @@ def simulate(mission: str, *words: str) -> tuple[str, ...]:
 @contextmanager
 def afloat(memory: str) -> Iterator[None]:
     """A vehicle that is afloat with that file of parameters, and a recording of it."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as one:
-        one.bind(("127.0.0.1", 0))
-        port = one.getsockname()[1]
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
     words = (
         ("record", "--link", f"udpin:127.0.0.1:{port}", "--out", "afloat"),
         simulate("idle", "--link", f"udpout:127.0.0.1:{port}", "--parameters", memory),
     )
     running = [
-        subprocess.Popen([sys.executable, "-m", "tui", *one], stdout=subprocess.DEVNULL) for one in words
+        subprocess.Popen([sys.executable, "-m", "tui", *command], stdout=subprocess.DEVNULL)
+        for command in words
     ]
     try:
         until_s = time.monotonic() + PATIENCE_S
@@ -189,16 +190,16 @@ def dives() -> tuple[Path, Path]:
     weak = ("--onset", "0", "T1_gain=0.8", "--mode", "both", "--parameters", UPLOADED, "--out", "weak")
     for seed in ("3", "4"):
         seatrial(*simulate("validation", *weak, "--seed", seed))
-    one, other = sorted(Path("weak").iterdir())
-    found = (
+    first_weak, other = sorted(Path("weak").iterdir())
+    diagnosis = (
         "--check",
         str(other),
         "--json",
-        str(one / "diagnosis.json"),
+        str(first_weak / "diagnosis.json"),
         "--accept",
-        str(one / "diagnosed.param"),
+        str(first_weak / "diagnosed.param"),
     )
-    seatrial("diagnose", str(one), "--vehicle", VEHICLE, *found)
+    seatrial("diagnose", str(first_weak), "--vehicle", VEHICLE, *diagnosis)
     (last,) = Path("dives").glob("*-both")
     return last / "telemetry.tlog", first / "telemetry.tlog"
 

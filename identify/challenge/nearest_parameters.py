@@ -129,7 +129,7 @@ def nearest(planted: Sequence[Planted], scenario: Scenario, simulated: Simulated
     fits = [_fit(some, planted_parameters, to) for some in product(*(forms[i] for i in fitted))]
     _, best = min(fits, key=lambda each: each[0])
     for i, (effect, values) in zip(fitted, best, strict=True):
-        out[i] = {name: value for name, (value, _) in effect.told(values).items()}
+        out[i] = {name: value for name, (value, _) in effect.answer_parameters(values).items()}
     return tuple(out)
 
 
@@ -144,7 +144,7 @@ def _forms(planted: Planted, course: Course) -> list[Effect]:
         and effect.number == planted.number
         and not effect.refit_absorbs
         and effect.parameters
-        and effect.told(effect.start()).keys() == planted.parameters.keys()
+        and effect.answer_parameters(effect.start()).keys() == planted.parameters.keys()
     ]
 
 

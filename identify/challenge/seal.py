@@ -84,8 +84,8 @@ def seal(
             raise LogError(f"{path}: exists already and is never overwritten; name another folder")
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
-        beside = TemporaryDirectory(dir=folder.parent, prefix=f"{folder.name}.", suffix=PART)
-        with beside as place, ExitStack() as undo:
+        temporary = TemporaryDirectory(dir=folder.parent, prefix=f"{folder.name}.", suffix=PART)
+        with temporary as place, ExitStack() as undo:
             partial = Path(place) / "cases"
             partial.mkdir()
             for number in range(1, cases + 1):

@@ -80,7 +80,7 @@ def _held_sentence(causes: Sequence[Cause]) -> tuple[str, ...]:
         shown = {p.name for p, has in zip(cause.effect.parameters, cause.present, strict=True) if has}
         values = [
             value_words(name, Value(value, unit, np.nan, np.nan))
-            for name, (value, unit) in cause.effect.told(cause.values).items()
+            for name, (value, unit) in cause.effect.answer_parameters(cause.values).items()
             if name != "thruster" and (name in shown or cause.effect.telling is not None)
         ]
         held.append(f"{effect_words(cause.effect)} ({', '.join(values)})")
@@ -117,7 +117,7 @@ def _change(cause: Cause) -> Effect:
             low=p.low - value,
             high=p.high - value,
             none=0.0,
-            sure=(p.sure[0] - value, p.sure[1] - value),
+            exact=(p.exact[0] - value, p.exact[1] - value),
             seldom_above=p.seldom_above - value,
         )
         for p, value in zip(effect.parameters, before.tolist(), strict=True)
@@ -127,10 +127,10 @@ def _change(cause: Cause) -> Effect:
         return effect.act(course, before + by).less(effect.act(course, before))
 
     def telling(by: Array) -> AnswerParameters:
-        was = effect.told(before)
+        was = effect.answer_parameters(before)
         return {
             name: (value - was[name][0], unit)
-            for name, (value, unit) in effect.told(before + by).items()
+            for name, (value, unit) in effect.answer_parameters(before + by).items()
             if name != "thruster"
         }
 
@@ -156,7 +156,7 @@ def _with_change(cause: Cause, change: Finding | None) -> Finding:
     whole = Cause(cause.effect, values)
     absent = {p.name: p.none for p in cause.effect.parameters} if cause.effect.telling is None else {}
     parameters = {}
-    for name, (value, unit) in whole.effect.told(values).items():
+    for name, (value, unit) in whole.effect.answer_parameters(values).items():
         by = None if change is None else change.parameters.get(name)
         if by is not None:
             ends = value + by.low95 - by.value, value + by.high95 - by.value

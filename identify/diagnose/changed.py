@@ -170,7 +170,7 @@ def _finding(
     half = Z95 * float(np.sqrt(covariance[i, i]))
     values = {
         name: Value(value, unit, value - half, value + half)
-        for name, (value, unit) in effect.told(cause.values).items()
+        for name, (value, unit) in effect.answer_parameters(cause.values).items()
     }
     others = [k for k in chosen if k != chosen[i]]
     nats = (shift.nats(chosen) - shift.nats(others)) / (shift.excess(chosen) if i else 1.0)

@@ -237,7 +237,7 @@ def parameters_of(fit: Fitted, k: int) -> dict[str, Value]:
         else {parameter.name: (parameter.low, parameter.high) for parameter in cause.effect.parameters}
     )
     out = {}
-    for name, (value, unit) in cause.effect.told(cause.values).items():
+    for name, (value, unit) in cause.effect.answer_parameters(cause.values).items():
         if name in mute:
             continue
         slope = np.array([parameter[name] for parameter in slopes])
@@ -280,7 +280,7 @@ def _slope(cause: Cause, p: int) -> dict[str, float]:
     up, down = cause.values.copy(), cause.values.copy()
     up[p] += h
     down[p] -= h
-    high, low = cause.effect.told(up), cause.effect.told(down)
+    high, low = cause.effect.answer_parameters(up), cause.effect.answer_parameters(down)
     return {name: (high[name][0] - low[name][0]) / (2 * h) for name in high}
 
 

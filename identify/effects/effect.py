@@ -142,12 +142,12 @@ class Parameter:
     low: float = -np.inf
     high: float = np.inf
     none: float = 0.0
-    sure: tuple[float, float] = (0.0, 1.0)
+    exact: tuple[float, float] = (0.0, 1.0)
     seldom_above: float = np.inf
 
     def at_guess(self, value: float) -> bool:
         """Whether a value lies at a bound that is a guess."""
-        return value in (self.low, self.high) and value not in self.sure
+        return value in (self.low, self.high) and value not in self.exact
 
 
 AnswerParameters = dict[str, tuple[float, str]]
@@ -302,7 +302,7 @@ class Effect:
         """Parameters (p,) at which the effect shows."""
         return np.array([p.start for p in self.parameters])
 
-    def told(self, values: Array) -> AnswerParameters:
+    def answer_parameters(self, values: Array) -> AnswerParameters:
         """Return its parameters by the names of an answer, with the thruster's number if it concerns a single
         thruster."""
         answer: AnswerParameters = {"thruster": (float(self.number), "1")} if self.number else {}

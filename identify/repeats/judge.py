@@ -217,8 +217,8 @@ def _parameters(sizes: Sequence[Cause], nats: Array) -> dict[str, Value]:
         np.array([value[order][min(int(np.searchsorted(share, at)), len(value) - 1)]])
         for at in (0.025, 0.5, 0.975)
     )
-    ends = effect.told(low), effect.told(high)
+    ends = effect.answer_parameters(low), effect.answer_parameters(high)
     return {
         name: Value(size, unit, ends[0][name][0], ends[1][name][0])
-        for name, (size, unit) in effect.told(middle).items()
+        for name, (size, unit) in effect.answer_parameters(middle).items()
     }

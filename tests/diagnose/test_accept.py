@@ -42,7 +42,7 @@ def finding_of(effect, *values, width=0.01, also=()):
     cause = Cause(effect, np.array(values, dtype=float))
     parameters = {
         name: Value(value, unit, value - width * abs(value), value + width * abs(value))
-        for name, (value, unit) in effect.told(cause.values).items()
+        for name, (value, unit) in effect.answer_parameters(cause.values).items()
         if name != "thruster"
     }
     return Finding(cause, also, {}, 0.99, parameters, 50.0)
@@ -295,7 +295,7 @@ def test_a_change_adds_what_the_effect_of_another_size_does_beyond_the_accepted_
     assert effect_words(change) == f"a change of {effect_words(effect)}"
     for p, base, value in zip(change.parameters, effect.parameters, before, strict=True):
         assert (p.low + value, p.high + value) == pytest.approx((base.low, base.high))
-        assert [bound + value for bound in p.sure] == pytest.approx([*base.sure])
+        assert [bound + value for bound in p.exact] == pytest.approx([*base.exact])
 
 
 def test_what_was_not_accepted_is_tried_as_before_and_so_is_a_limit_on_top_of_one():

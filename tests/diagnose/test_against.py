@@ -42,7 +42,7 @@ def effect(name: str, number: int = 0) -> Effect:
 def finding_of(name: str, number: int = 0, size: float = 1.0, also: tuple[str, ...] = ()) -> Finding:
     hidden = effect(name, number)
     cause = Cause(hidden, hidden.none() + size * (hidden.start() - hidden.none()))
-    parameters = {key: value(v, unit) for key, (v, unit) in hidden.told(cause.values).items()}
+    parameters = {key: value(v, unit) for key, (v, unit) in hidden.answer_parameters(cause.values).items()}
     return Finding(cause, also, {}, 0.99, parameters, 50.0)
 
 

@@ -62,7 +62,9 @@ def effect(name):
 
 def finding_of(name, **other):
     hidden = effect(name)
-    values = {key: Value(v, unit, NAN, NAN) for key, (v, unit) in hidden.told(hidden.start()).items()}
+    values = {
+        key: Value(v, unit, NAN, NAN) for key, (v, unit) in hidden.answer_parameters(hidden.start()).items()
+    }
     return replace(Finding(Cause(hidden, hidden.start()), (), {}, 0.9, values, 30.0), **other)
 
 

@@ -238,7 +238,7 @@ def test_a_current_that_changes_is_told_by_its_amplitude_and_period(course: Made
     water = effect.act(course(), np.array([0.1, 0, 0, 0])).water
     assert water[0] == pytest.approx([0, 0, 0])
     assert water[20] == pytest.approx([0.1, 0, 0])
-    assert effect.told(np.array([0.03, 0.0, 0.0, -0.04])) == {
+    assert effect.answer_parameters(np.array([0.03, 0.0, 0.0, -0.04])) == {
         "amplitude": (pytest.approx(0.05), "m/s"),
         "period": (4.0, "s"),
     }
@@ -255,7 +255,7 @@ def test_waves_push_as_the_world_lies_and_die_with_depth(course: Made) -> None:
     assert deep == pytest.approx([2.0 * np.exp(-number), 0, 0, 0, 0, 0], abs=1e-12)
     unknown = wrench(effect, course(), 0, 0, 0, 0, 0, 1.5, at=0)
     assert unknown == pytest.approx([0, 0, 1.5, 0, 0, 0])
-    parameters = effect.told(np.array([3.0, 0, 0, 4.0, 1.0, 0]))
+    parameters = effect.answer_parameters(np.array([3.0, 0, 0, 4.0, 1.0, 0]))
     assert parameters == {"force_amplitude": (pytest.approx(5.0), "N"), "period": (4.0, "s")}
 
 
@@ -291,8 +291,8 @@ def test_a_mass_that_a_boundary_adds_has_the_coriolis_force_of_a_mass(course: Ma
 
 def test_a_boundary_is_told_by_what_the_masses_weigh_or_else_by_how_they_pull() -> None:
     for effect in environment.SURFACES:
-        assert effect.told(np.array([0.3, 0.1])) == {"mass_change": (0.3, "1")}
-        assert effect.told(np.array([0.0, 0.1])) == {"mass_change": (0.1, "1")}
+        assert effect.answer_parameters(np.array([0.3, 0.1])) == {"mass_change": (0.3, "1")}
+        assert effect.answer_parameters(np.array([0.0, 0.1])) == {"mass_change": (0.1, "1")}
 
 
 def test_in_a_known_current_the_hull_is_braked_through_the_water_and_read_over_ground(course: Made) -> None:

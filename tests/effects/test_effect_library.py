@@ -92,14 +92,14 @@ def test_no_two_effects_go_by_one_label() -> None:
 def test_each_name_is_told_with_all_its_parameters_by_one_of_its_forms() -> None:
     fullest: dict[str, list[str]] = {}
     for effect in LIBRARY:
-        names = list(effect.told(effect.start()))
+        names = list(effect.answer_parameters(effect.start()))
         fullest[effect.name] = max(names, fullest.get(effect.name, []), key=len)
     assert fullest == PARAMETERS
 
 
 @every_effect
 def test_every_effect_says_what_it_is_and_tells_its_parameters_in_units(effect: Effect) -> None:
-    parameters = effect.told(effect.start())
+    parameters = effect.answer_parameters(effect.start())
     assert set(parameters) <= set(PARAMETERS[effect.name])
     assert all(np.isfinite(value) and unit for value, unit in parameters.values())
     assert len(effect.sentence) > 15

@@ -75,7 +75,7 @@ def test_a_tilted_accelerometer_reads_the_turned_force_to_first_order(rich_cours
 def test_a_wrong_log_shows_nowhere_along_a_course(rich_course: Course) -> None:
     act = sensors.WRONG_FEEDBACK_LOG.act(rich_course, np.zeros(0))
     assert all(getattr(act, name) is None for name in ARRAYS)
-    assert sensors.WRONG_FEEDBACK_LOG.told(np.zeros(0)) == {}
+    assert sensors.WRONG_FEEDBACK_LOG.answer_parameters(np.zeros(0)) == {}
 
 
 @pytest.fixture

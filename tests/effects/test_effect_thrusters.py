@@ -198,7 +198,10 @@ def test_one_weak_thruster_lacks_a_share_of_its_own_wrench(course: Made) -> None
     lever = 0.42 * ASIDE - (-0.32) * AHEAD
     expected = [-2 * AHEAD, -2 * ASIDE, 0, 0, 0, -2 * lever]
     assert pushed(actuators.weak(1), pushing, 0.8) == pytest.approx(expected)
-    assert actuators.weak(3).told(np.array([0.8])) == {"thruster": (3.0, "1"), "gain": (0.8, "1")}
+    assert actuators.weak(3).answer_parameters(np.array([0.8])) == {
+        "thruster": (3.0, "1"),
+        "gain": (0.8, "1"),
+    }
 
 
 @pytest.fixture
@@ -227,7 +230,7 @@ def test_a_thruster_that_sits_elsewhere_turns_the_body_and_pushes_no_harder(
     at = course(asked_n=[10.0, 10.0], configuration=pusher)
     assert pushed(level, at, 0.02) == pytest.approx([0, 0, 0, 0, 0, -0.02 * 5])
     assert pushed(upright, at, 0.02, 0.03) == pytest.approx([0, 0, 0, 0.3, -0.2, 0])
-    assert upright.told(np.array([0.02, 0.03])) == {"thruster": (2.0, "1")}
+    assert upright.answer_parameters(np.array([0.02, 0.03])) == {"thruster": (2.0, "1")}
 
 
 CURVE = ThrustCurve()

@@ -43,7 +43,8 @@ def effect(name: str, number: int = 0) -> Effect:
 def finding_of(name: str, number: int = 0, **other: object) -> Finding:
     hidden = effect(name, number)
     parameters = {
-        key: Value(v, unit, 0.9 * v, 1.1 * v) for key, (v, unit) in hidden.told(hidden.start()).items()
+        key: Value(v, unit, 0.9 * v, 1.1 * v)
+        for key, (v, unit) in hidden.answer_parameters(hidden.start()).items()
     }
     made = Finding(Cause(hidden, hidden.start()), (), {}, 0.999, parameters, 60.0)
     return replace(made, **other)  # type: ignore[arg-type]

@@ -27,7 +27,7 @@ OF_RECORDING = "the recording"
 NO_LINK = "no link is known yet; connect one first"
 
 
-def beside(running: Holding, link: str) -> str:
+def why_not_recorded(running: Holding, link: str) -> str:
     """Why a link is not recorded beside a recording that runs and does not hold it."""
     return (
         f"{', '.join(running.links)} is recorded already, and the app goes by one recording: end it first "
@@ -124,7 +124,7 @@ class Connection:
             and running is not None
             and not any(links.holds(running, link) for link in self._recorded)
         ):
-            raise LinkError(beside(running, looked_at))
+            raise LinkError(why_not_recorded(running, looked_at))
         self._look_at("")
         try:
             recorder.begin_again(recorder.options(self._recorded, self._out, self._vehicle, self._sign_key))
@@ -161,7 +161,7 @@ class Connection:
             self._recorded = (choice.link,)
             self._look_at(choice.link)
         elif running is not None and not links.holds(running, choice.link):
-            raise LinkError(beside(running, choice.link))
+            raise LinkError(why_not_recorded(running, choice.link))
         else:
             self._recorded = running.links if running is not None else (choice.link,)
             self.record()

@@ -119,7 +119,7 @@ def stacked(
     return tuple(line for sentence in sentences if sentence for line in wrap(sentence, role, cells))
 
 
-def beside(head: Line, text: str, role: Role, cells: int) -> Lines:
+def with_head(head: Line, text: str, role: Role, cells: int) -> Lines:
     """A head and, at its right, a sentence on as many rows as it needs."""
     first, *more = wrapped(text, role, max(cells - width(head), 1))
     blank: Span = (" " * width(head), "plain")

@@ -106,8 +106,8 @@ def run(arguments: argparse.Namespace) -> int:
 
 def is_for_upload(result: Diagnosis) -> bool:
     """Whether causes were found that a vehicle may make up for: nothing speaks against these."""
-    found = result.accepted.effects and result.findings
-    return bool(found) and not result.first and not contradicted(result.heldout, result.check)
+    has_causes = result.accepted.effects and result.findings
+    return bool(has_causes) and not result.first and not contradicted(result.heldout, result.check)
 
 
 def usual_accepted(path: Path, file: VehicleFile, configuration: str) -> Usual | None:

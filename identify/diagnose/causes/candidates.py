@@ -317,7 +317,7 @@ def companions(course: Course, cause: Cause) -> list[Act]:
 
 def _band(course: Course, cause: Cause) -> Iterator[tuple[Act, Change]]:
     """The strongest line of a sea, and its changes to neighbouring rates that the dive resolves."""
-    parameters = cause.effect.told(cause.values)
+    parameters = cause.effect.answer_parameters(cause.values)
     if "period" not in parameters:
         return
     duration_s = float(course.since_s[-1])

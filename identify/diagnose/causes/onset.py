@@ -286,7 +286,7 @@ class _Residual:
             if len(apart) <= NEAR_TIMES and np.abs(since_s[i] - since_s[apart]).min() >= APART_S:
                 apart.append(i)
         nats, best = self._begun(apart, pushed.act)
-        return self._told_s(best) if nats > self.least_nats else 0.0
+        return self._of_recording_s(best) if nats > self.least_nats else 0.0
 
     def likeliest_stretch_s(self, pushed: "_Pushed") -> tuple[float, float]:
         """The times since the recording's start from and to which an effect saves most in sample, of any size; zeros if
@@ -326,7 +326,11 @@ class _Residual:
             saved, (begin, end) = self._best([(i, end) for i in near(begin) if i < end], pushed.act)
             saved, (begin, end) = self._best([(begin, i) for i in near(end) if i > begin], pushed.act)
         lasts = since_s[end] - since_s[begin] >= LEAST_ACTING_S
-        return (self._told_s(begin), self._told_s(end)) if lasts and saved > least_nats else (0.0, 0.0)
+        return (
+            (self._of_recording_s(begin), self._of_recording_s(end))
+            if lasts and saved > least_nats
+            else (0.0, 0.0)
+        )
 
     def _likeliest_pair(
         self, at: NDArray[np.intp], later: Array, pushed: "_Pushed"
@@ -338,7 +342,7 @@ class _Residual:
         begin, end = np.unravel_index(int(np.argmax(nats)), nats.shape)
         return at[begin], at[end]
 
-    def _told_s(self, at: np.intp) -> float:
+    def _of_recording_s(self, at: np.intp) -> float:
         return round(float(self.course.time_s[at]) - self.start_s, 1)
 
     def _begun(self, at: Sequence[np.intp], act: Act) -> tuple[float, np.intp]:

@@ -138,7 +138,7 @@ def _nats_instead(weighing: Weighing, selectable: "_Selectable") -> float:
         *(partial(_of_axis, axis, selectable) for axis in axes),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
-    return sum(item.gain for item in _found(tests) if beyond_chance(item.shape, item.gain))
+    return sum(item.gain for item in _strongest_first(tests) if beyond_chance(item.shape, item.gain))
 
 
 def _foreseen(now: Nominal) -> Course:
@@ -217,7 +217,7 @@ def _unexplained_of(weighing: Weighing, fit: Fitted, selectable: "_Selectable") 
         *(partial(_lines, axis, course, at_sea) for axis in axes),
         lambda: [*_of_witnesses(weighing, fit.value, known)],
     ]
-    kept = [item for item in _found(tests) if not selectable.is_slight(item)][:MOST]
+    kept = [item for item in _strongest_first(tests) if not selectable.is_slight(item)][:MOST]
     return Unexplained(
         tuple(item.shape for item in kept),
         tuple(item.gain for item in kept),
@@ -236,8 +236,8 @@ def _judged_axes(weighing: Weighing, fit: Fitted, known: Blocks) -> list["_Axis"
     ]
 
 
-def _found(tests: Sequence["_Test"]) -> list["_Weighed"]:
-    """The forces that tests find, strongest first."""
+def _strongest_first(tests: Sequence["_Test"]) -> list["_Weighed"]:
+    """The forces that tests weigh, strongest first."""
     weighed = [each_item for item in side_by_side(lambda test: test(), tests) for each_item in item]
     return sorted(weighed, key=lambda each: -each.gain)
 

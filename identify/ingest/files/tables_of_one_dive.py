@@ -26,17 +26,20 @@ def tables_of_one_dive(folder: Path) -> list[Path]:
 
     Tables without a column that is a time by its name, or without any other, are no topics.
     """
-    own: dict[Path, set[str]] = {}
+    signals_of: dict[Path, set[str]] = {}
     for file in sorted(filter(_is_table, folder.iterdir())):
         names = _names(file)
         signals = {name for name in names if not _is_time(name)}
         if not signals or len(signals) == len(names):
             continue
-        own[file] = signals
-        others = [each for other, each in own.items() if other != file]
-        if any(len(own[file] & each) >= MOST_SHARED * min(len(own[file]), len(each)) for each in others):
+        signals_of[file] = signals
+        others = [each for other, each in signals_of.items() if other != file]
+        if any(
+            len(signals_of[file] & each) >= MOST_SHARED * min(len(signals_of[file]), len(each))
+            for each in others
+        ):
             return []
-    return [*own] if len(own) > 1 else []
+    return [*signals_of] if len(signals_of) > 1 else []
 
 
 def read_tables(files: Sequence[Path]) -> Streams:

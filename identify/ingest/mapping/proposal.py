@@ -166,8 +166,8 @@ def _by_travel(
         return tuple(choices)
     stream = next(each for each in streams if _holds(each, velocity))
     place = position_in(stream.columns)
-    own, _ = choices_of([each for each in candidates if each.stream is stream])
-    attitudes = [each for each in (*choices, *own) if _meant(each) == "attitude"]
+    of_stream, _ = choices_of([each for each in candidates if each.stream is stream])
+    attitudes = [each for each in (*choices, *of_stream) if _meant(each) == "attitude"]
     attitudes.sort(key=lambda each: not _holds(stream, each))
     if place is None or not attitudes:
         return tuple(choices)
@@ -178,15 +178,15 @@ def _by_travel(
         return _dive(streams, map_of(time, (alone,)), Path()).signals().get(_meant(alone), NO_SIGNAL)
 
     names = tuple(NOTHING if field is None else stream.full_name(field) for field in place)
-    told = is_of_earth(
+    evidence_of_earth = is_of_earth(
         # A map has no position; as a velocity it is read as it is.
         read("velocity", Columns(names, "m/s")),
         read("velocity", replace(velocity.columns, frame=BODY)),
         read(attitude.signal, attitude.columns),
     )
-    if told is None or told[0] is (velocity.columns.frame in EARTH):
+    if evidence_of_earth is None or evidence_of_earth[0] is (velocity.columns.frame in EARTH):
         return tuple(choices)
-    is_earth, evidence = told
+    is_earth, evidence = evidence_of_earth
     words = f"It is in {'earth axes, those of the attitude' if is_earth else 'body axes'}: {evidence}."
     columns = replace(velocity.columns, frame="NED" if is_earth else BODY)
     made = replace(velocity, columns=columns, reasons=(*velocity.reasons[:1], words))
@@ -422,10 +422,10 @@ def _lacks(choices: Sequence[Choice]) -> list[str]:
     if not names & {"pwm", "rpm", "tau_cmd"}:
         notes.append("No thruster command was recognised; name its columns under pwm, rpm or tau_cmd.")
     if not names & {"velocity", "gyro", "fog"} and names & {"euler", "quaternion"}:
-        told = "attitude and depth" if names & {"depth", "pressure"} else "attitude"
+        signals = "attitude and depth" if names & {"depth", "pressure"} else "attitude"
         notes.append(
-            f"No velocity and no rate of turn was recognised, so that {told} alone tell{'s' * (told == 'attitude')} "
-            "the motion; if the log has them, name their columns in the map."
+            f"No velocity and no rate of turn was recognised, so that {signals} alone "
+            f"tell{'s' * (signals == 'attitude')} the motion; if the log has them, name their columns in the map."
         )
     elif not names & {"velocity", "gyro", "fog"}:
         notes.append("No velocity and no rate of turn was recognised; name their columns in the map.")

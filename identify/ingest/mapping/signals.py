@@ -83,8 +83,8 @@ def dive_fields(recorded: Streams, columns: ColumnMap, path: Path) -> dict[str, 
                 notes.append(f"Times{_of(stream)} that {kind}, first {unread[0]}: {_left_out(len(unread))}")
             time_s = _possible(clock.time_s, stream, recorded, notes)
             _refuse_anew(time_s, stream, path)
-            told = len(unread) + int(np.count_nonzero(np.isfinite(clock.time_s) & np.isnan(time_s)))
-            tables[stream.name] = _rows(stream, empty, used, time_s, told, notes)
+            noted = len(unread) + int(np.count_nonzero(np.isfinite(clock.time_s) & np.isnan(time_s)))
+            tables[stream.name] = _rows(stream, empty, used, time_s, noted, notes)
     signals = {}
     for name, source in columns.signals().items():
         stream, fields_used = wanted[name]
@@ -298,10 +298,10 @@ def _empty_cells(recorded: Streams, stream: Stream, used: set[str]) -> Mapping[s
 
 
 def _rows(
-    stream: Stream, empty: Mapping[str, Mask], used: set[str], time_s: Array, told: int, notes: list[str]
+    stream: Stream, empty: Mapping[str, Mask], used: set[str], time_s: Array, noted: int, notes: list[str]
 ) -> _Rows:
     """The rows of a stream, as columns `used`; `notes` get a sentence on those whose times are no good, but for as
-    many as are `told` already."""
+    many as are `noted` already."""
     names = sorted(used)
     of = _of(stream)
     steps = np.diff(time_s)
@@ -319,7 +319,7 @@ def _rows(
         if name in empty:
             nothing[:, k] = empty[name]
     rows, taken = _merged(time_s, cells, nothing)
-    if (lost := len(time_s) - taken - told) > 0:
+    if (lost := len(time_s) - taken - noted) > 0:
         rows_were = (
             f"1 row{of} without a time of its own was"
             if lost == 1

@@ -7,7 +7,7 @@ from bridge.vehicle.coefficients import DOFS
 from identify.diagnose.shrink.shrunk import LIKELY, AxisShrink, Shrink
 from identify.words import significant
 from tui.app.diagnosis import PHASES, Answer, Cause, Tried
-from tui.app.drawing import Line, Lines, Role, Span, apart, bar, beside, number, stacked, width, wrapped
+from tui.app.drawing import Line, Lines, Role, Span, apart, bar, number, stacked, width, with_head, wrapped
 
 SHADES: Final = ((0.3, "█"), (0.1, "▓"), (0.03, "▒"), (0.005, "░"))
 """Shade of a cell by its least share of the missing force, squared; below the last share it is blank."""
@@ -147,7 +147,7 @@ def _named(mark: Span, name: Span, right: Line, cells: int) -> Lines:
     """A name, and text at its right: in the same line if both fit, else in the line below."""
     if len(mark[0]) + len(name[0]) + width(right) < cells:
         return (apart((mark, name), right, cells),)
-    return (*beside((mark,), *name, cells), apart((), right, cells))
+    return (*with_head((mark,), *name, cells), apart((), right, cells))
 
 
 def _evidence(nats: float, most: float, role: Role) -> Line:

@@ -36,7 +36,7 @@ UNREAD: Final = "…"
 AT, CHOSEN, RECORDED = "▶", "◆", "●"
 BEGAN: Final = f"{'':4}{'began, UTC':<18}"
 LENGTH, LOSS = f"{'length':<10}", f"{'loss':>6}  "
-TOLD: Final = f"{'mass':<7}{'damping':<8}"
+WIDTHS: Final = f"{'mass':<7}{'damping':<8}"
 MASSES, DAMPINGS = "mass", "damping"
 SHORT: Final = 5  # letters kept of a shortened word: `ident.`
 LEAST_NAME: Final = 8  # cells
@@ -119,7 +119,7 @@ def table(
         return _row(dive, n == at, dive.folder == chosen, dive.folder in recorded, cells)
 
     loss = LOSS if cells >= NARROW else ""
-    heads = f"{BEGAN}{LENGTH}{loss}{TOLD}dive" if cells >= PHONE else f"{BEGAN}dive"
+    heads = f"{BEGAN}{LENGTH}{loss}{WIDTHS}dive" if cells >= PHONE else f"{BEGAN}dive"
     return (((cut(heads, cells), "quiet"),), *around(len(dives), at, rows, row))
 
 

@@ -17,7 +17,7 @@ from textual.widget import Widget
 from textual.widgets import Input, Static
 
 from tui.app.desk import Desk
-from tui.app.drawing import Line, Lines, Role, beside, changed, harmless
+from tui.app.drawing import Line, Lines, Role, changed, harmless, with_head
 from tui.app.header import PHONE, Tab, header, tab_at
 from tui.app.keys import EVERYWHERE, Action
 from tui.app.next_step import ASKED
@@ -273,7 +273,7 @@ class StationScreen(Screen[None]):
         keys = [self._station_app.key_of_action(name) for name in step.actions if name != here]
         named: Line = ((f" {' '.join(keys)} ", "key"),) if keys and not self.view_only else ()
         head: Line = ((" NEXT ", "accent"), *named, (" ", "plain"))
-        return beside(head, step.words, "strong", cells)
+        return with_head(head, step.words, "strong", cells)
 
     def body(self) -> ComposeResult:
         yield from ()

@@ -12,7 +12,7 @@ from textual.screen import ModalScreen, Screen
 from textual.widgets import Input, Label, Static
 
 from bridge.errors import SeatrialError
-from tui.app.drawing import Line, Lines, Role, beside, wrapped
+from tui.app.drawing import Line, Lines, Role, with_head, wrapped
 from tui.app.keys import HIDDEN, LOOKS, Action, bindings
 from tui.app.screens.frame import Drawn, StationScreen, TopLine
 from tui.app.themes import ROLE_CLASSES
@@ -308,4 +308,4 @@ def _entry(keys: str, sentence: str, words: str, role: Role, cells: int) -> Line
     head: Line = ((f"  {keys:<{KEY_CELLS}}", "accent"), (f"{words:<{column}}", "plain"))
     if words and cells < CELLS:
         return (head, *wrapped(sentence, role, cells, " " * NARROW_INDENT))
-    return beside(head, sentence, role, cells)
+    return with_head(head, sentence, role, cells)

@@ -11,7 +11,7 @@ from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import accepted_of
 from gcs_plugin.params.meaning import NOT_SET, acting, is_unset, unit_of
 from tui.app.drawing import SAME, Lines, lines_of, titled, wrapped
-from tui.app.screens.parameters_table import ONE, number
+from tui.app.screens.parameters_table import UNITLESS, number
 
 HEADS: Final = ("name", "in the file", "last accepted", "unit")
 Row = tuple[str, str, str, str]
@@ -55,7 +55,7 @@ def _read(file: Path, receipts: Path, *_changed_ns: int) -> tuple[tuple[Row, ...
         accepted = known[name].value if name in known else None
         if not math.isclose(value, accepted or 0.0, rel_tol=SAME):
             unit = unit_of(name)
-            rows.append((name, _text(name, value), _text(name, accepted), "" if unit == ONE else unit))
+            rows.append((name, _text(name, value), _text(name, accepted), "" if unit == UNITLESS else unit))
     return tuple(rows), len(wanted) - len(rows)
 
 

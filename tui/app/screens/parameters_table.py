@@ -37,7 +37,7 @@ reads as per cent of it."""
 IN_HALVES: Final = "Δ/±"
 """Column head of the change, in units of the ± column."""
 CHANGE: Final = 6
-ONE: Final = "1"
+UNITLESS: Final = "1"
 """The unit of a plain number; it is not shown."""
 VEHICLE: Final = "vehicle"
 ARROW: Final = " →"
@@ -126,13 +126,13 @@ def _fitting(
     Then the unit, and what is to be said of a line, in full or else in a word; in the room left, what is told in
     intervals, the value last accepted, and the meaning.
     """
-    unit = _column("unit", [("" if entry.unit == ONE else entry.unit, "quiet") for entry in entries])
+    unit = _column("unit", [("" if entry.unit == UNITLESS else entry.unit, "quiet") for entry in entries])
     full, brief = (
         _column("", [_words(entry, became.get(entry.name), brief=brief) for entry in entries], LEAST_WORDS)
         for brief in (False, True)
     )
     if _width((*values, unit, brief)) > cells:
-        values = _told_in_place(entries, values, brief, became)
+        values = _spans_in_place(entries, values, brief, became)
         return (*values, unit) if _width((*values, unit)) <= cells else values
     columns, intervals = (*values, unit), _in_intervals(entries)
     words = full if _width((*columns, *intervals, full)) <= cells else brief
@@ -145,7 +145,7 @@ def _fitting(
     return (*columns, meaning) if _width((*columns, meaning)) <= cells else columns
 
 
-def _told_in_place(
+def _spans_in_place(
     entries: Sequence[Compared], values: _Columns, words: _Column, became: Mapping[str, Written]
 ) -> _Columns:
     """`values` with what became of a line, or why it can't be written, in place of its change."""

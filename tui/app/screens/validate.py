@@ -18,7 +18,7 @@ from identify.validation.raising import BASELINE
 from identify.validation.tracking_curves import CURVES, WRENCH_UNITS, Followed
 from tui.app.curves import Curve, plot, seconds_row
 from tui.app.desk import VALIDATED, can_check
-from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, beside, cut, number, stacked, wrapped
+from tui.app.drawing import SHOWN_IN, Line, Lines, Role, Span, apart, cut, number, stacked, with_head, wrapped
 from tui.app.header import PHONE, Tab
 from tui.app.jobs import Kept, real
 from tui.app.keys import LOOKS, Action, bindings
@@ -172,7 +172,7 @@ def _criterion(criterion: Criterion, label_cells: int, cells: int) -> Lines:
         below = wrapped(criterion.words, words_role, cells, " " * (len(mark) + 1))
         return (((mark, role), (f" {_label(criterion)}", "plain")), *below)
     head: Line = ((mark, role), (f" {_label(criterion):<{label_cells}} ", "plain"))
-    return beside(head, criterion.words, words_role, cells)
+    return with_head(head, criterion.words, words_role, cells)
 
 
 def error_lines(runs: Sequence[Run], chosen: str, cells: int) -> Lines:
