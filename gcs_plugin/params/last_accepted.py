@@ -198,23 +198,39 @@ def newest_before(receipts: Path, system: int) -> Path:
     """The pre-image for a roll back in one step: the values before the newest upload that wrote and was not rolled
     back, and before uploads with an unknown end (begun or unverified) that directly precede it.
 
-    Raises ParamRejected if there is no such upload to that MAVLink system.
+    Raises ParamRejected if there is no such upload to that MAVLink system, or if those that stand there are of several
+    vehicles by the names in their files: which of them is on the link, the address does not say.
     """
-    oldest: PastUpload | None = None
     standing = _not_undone(kept_in(receipts, system))
     owners = _owners(standing)
+    names = sorted({*owners.values()} - {""}) or [""]
+    before = {
+        name: oldest.preimage
+        for name in names
+        if (oldest := _newest_of([each for each in standing if _may_be_one(owners[each.time], name)]))
+    }
+    if not before:
+        raise ParamRejected(
+            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
+        )
+    if len(before) > 1:
+        files = ", ".join(f"{path} for {name}" for name, path in before.items())
+        raise ParamRejected(
+            f"{receipts}: uploads to {len(before)} vehicles with the address {system} stand there; "
+            f"give the file of the one on the link: {files}"
+        )
+    return next(iter(before.values()))
+
+
+def _newest_of(standing: Sequence[PastUpload]) -> PastUpload | None:
+    """Of a vehicle's uploads that stand, the one before whose values a roll back in one step goes back to."""
+    oldest: PastUpload | None = None
     for kept in reversed(standing):
-        if oldest is not None and not _may_be_one(owners[kept.time], owners[oldest.time]):
-            continue
         if kept.outcome in _OPEN or (oldest is None and kept.outcome is Outcome.APPLIED):
             oldest = kept
         elif oldest is not None and kept.outcome is Outcome.APPLIED:
             break
-    if oldest is None:
-        raise ParamRejected(
-            f"{receipts}: no upload to vehicle {system} that stands is kept there; give the -before.param to go back to"
-        )
-    return oldest.preimage
+    return oldest
 
 
 def written_since(receipts: Path, system: int, preimage: Path) -> frozenset[str] | None:

@@ -226,7 +226,18 @@ def test_of_two_vehicles_with_the_same_address_neither_is_told_of_an_unfinished_
         wanted = Wanted({"FF1_M_U": 17.0}, sidecar=dataclasses.replace(SIDECAR, vehicle=vehicle))
         notes = propose_upload(Path("a.param"), wanted, {"FF1_M_U": 90.0}, None, receipts.path, 1).notes
         assert any("was never finished" in note for note in notes) is told
-    assert newest_before(receipts.path, 1) != begun
+
+
+def test_a_roll_back_without_a_file_asks_for_it_where_uploads_of_two_vehicles_stand_at_the_address(receipts):
+    other = dataclasses.replace(SIDECAR, vehicle="bluerov2")
+    theirs = receipts.keep(FF0_M_U=50.0, sidecar=other)
+    ours = receipts.keep(FF1_M_U=100.0)
+    with pytest.raises(ParamRejected) as refused:
+        newest_before(receipts.path, 1)
+    assert f"{theirs} for bluerov2" in str(refused.value)
+    assert f"{ours} for ruvifist" in str(refused.value)
+    receipts.keep(restores=str(theirs), FF0_M_U=1.0)
+    assert newest_before(receipts.path, 1) == ours
 
 
 def test_an_upload_that_was_never_finished_is_what_a_roll_back_goes_back_to(receipts):
