@@ -86,6 +86,11 @@ def test_a_dive_that_begins_and_ends_under_water_is_kept_whole():
     assert notes == ()
 
 
+def test_of_a_recording_that_ends_afloat_only_the_end_is_told():
+    ((_, end_s),), (note,) = spans(dived().between(20.0, 75.0))
+    assert f": the last {75 - end_s:.0f} s of thruster commands are left out." in note
+
+
 def test_a_vehicle_that_rests_deep_does_not_float():
     dive = dived()
     deep = Signal(dive.depth.time_s, dive.depth.value + 3.0)

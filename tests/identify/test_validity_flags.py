@@ -24,7 +24,7 @@ def test_a_velocity_that_its_sensor_calls_invalid_is_unknown_and_no_standstill(t
     rows = f"0,0.5,0.1,{yes}\n0.1,0,0,{no}\n0.2,0.6,0.2,{yes}\n"
     dive = of_table(tmp_path, f"t,vx,vy,velocity_valid\n{rows}", MAP)
     np.testing.assert_array_equal(dive.velocity.value[:, :2], [[0.5, 0.1], [np.nan] * 2, [0.6, 0.2]])
-    assert "By velocity_valid, 1 of 3 velocities are none: taken for no reading." in dive.notes
+    assert "Left out by velocity_valid: 1 of 3 velocities, which are no reading." in dive.notes
 
 
 def swum(lost, resolution=0.0):

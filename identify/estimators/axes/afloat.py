@@ -20,6 +20,8 @@ BELOW_M = 0.1
 """So far below that depth it is under water."""
 STAYS_S = 2.0
 """It is, once it stays there for so long: a wave passes."""
+LEAST_TOLD_S = 0.5
+"""Less time left out than this is not worth a note."""
 MOST_PUSHED = 0.25
 """Manoeuvres this near to the surface are used: no more than this share of the commands that push is left out."""
 
@@ -37,11 +39,12 @@ def under_water(
     pushes: NDArray[np.bool_] = np.asarray((np.abs(forces.asked) > least_n).any(axis=1))
     kept = [_submerged(span_s, forces, pushes, depth) for span_s in spans_s]
     first_s, last_s = (sum(abs(b[i] - a[i]) for a, b in zip(spans_s, kept, strict=True)) for i in range(2))
-    if first_s + last_s == 0.0:
+    ends = [f"the {end} {s:.0f} s" for end, s in (("first", first_s), ("last", last_s)) if s >= LEAST_TOLD_S]
+    if not ends:
         return kept, ()
     return kept, (
-        f"At the surface the vehicle floats as under water it does not: the first {first_s:.0f} s and the last "
-        f"{last_s:.0f} s of thruster commands are left out.",
+        "At the surface the vehicle floats as under water it does not: "
+        f"{' and '.join(ends)} of thruster commands are left out.",
     )
 
 

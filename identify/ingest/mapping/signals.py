@@ -144,7 +144,7 @@ def _valid(velocity: Signal, rows: "_Rows", flag: str, name: str, notes: list[st
     """The velocity, unknown where its column `flag` says that it is none."""
     none = np.isin(velocity.time_s, rows.time_s[rows.cells[flag] == 0.0])
     notes.append(
-        f"By {name}, {np.count_nonzero(none)} of {len(velocity)} velocities are none: taken for no reading."
+        f"Left out by {name}: {np.count_nonzero(none)} of {len(velocity)} velocities, which are no reading."
     )
     return Signal(velocity.time_s, np.where(none[:, None], np.nan, velocity.value))
 
