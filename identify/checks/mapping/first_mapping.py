@@ -67,6 +67,8 @@ SHALLOW = 1.0
 LARGEST_OFFSET_M = 1.0
 """Where no motion tells, a position that is always deeper than any sensor is mounted is a depth."""
 
+LEAST_MOVED = 0.1
+"""A velocity that changes by less than this part of what the accelerometer says is none whose sign that tells."""
 FASTEST_DIVE_M_S, PACE_S = 5.0, 1.0
 """A vehicle that sinks or rises, over PACE_S, for a twentieth of a recording faster than this is none."""
 
@@ -414,7 +416,8 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
     """The velocity's change along x and y against the accelerometer: its signs."""
     pushes = pushes_of(dive)
     compared = pushes.by_sign() if pushes else ()
-    wrong = {axis: m for axis, m in enumerate(compared) if m is not None and m.correlation < -CLEAR}
+    moving = {axis: m for axis, m in enumerate(compared) if m is not None and abs(m.ratio) > LEAST_MOVED}
+    wrong = {axis: m for axis, m in moving.items() if m.correlation < -CLEAR}
     if not wrong:
         return ()
     factors = tuple(-1.0 if axis in wrong else 1.0 for axis in range(3))
