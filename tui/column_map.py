@@ -18,7 +18,7 @@ from identify.ingest.mapping.profiles import Profile
 from identify.ingest.mapping.proposal import NothingKnown, Proposal
 from identify.ingest.mapping.proposal_of_runs import propose, propose_runs
 from identify.ingest.open import read_streams
-from identify.ingest.ros.bags import RECEIVED
+from identify.ingest.ros.recorded import RECEIVED
 from identify.run.joined_runs import kinds_of
 from identify.run.recordings import runs_in
 from tui import show

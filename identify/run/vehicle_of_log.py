@@ -137,10 +137,15 @@ def _guessed_by_motion(
         return Guess(
             "motion", firmware, firmware.files[frame], file, name, wired, findings, judged, unjudged, hints
         )
+    whole = (
+        "give the whole log, at whose beginning they stand"
+        if path.suffix.lower() == ".bin"
+        else "let the ground station read all parameters while it records (QGroundControl does at each connection), "
+        "give the autopilot's own log, the .BIN"
+    )
     raise LogError(
-        f"holds no {firmware.frame} of the autopilot, and its motion follows the thrust of no known frame; let "
-        "the ground station read all parameters while it records (QGroundControl does at each connection), give the "
-        "autopilot's own log, the .BIN, or write a vehicle file (docs/howto/write_a_vehicle_file.md)",
+        f"holds no {firmware.frame} of the autopilot, and its motion follows the thrust of no known frame; {whole}, or "
+        "write a vehicle file (docs/howto/write_a_vehicle_file.md)",
         path,
     )
 

@@ -28,6 +28,12 @@ KNOWN = [
     ("", "HIGHRES_IMU.ygyro", "gyro", 1, None),
     ("", "LOCAL_POSITION_NED.vz", "velocity", 2, None),
     ("", "Fy", "tau_cmd", 1, None),
+    ("", "wrench_sway", "tau_cmd", 1, None),
+    ("", "wrench_yaw", "tau_cmd", 5, None),
+    ("", "linear_y", "velocity", 1, None),
+    ("/odometry/twist", "angular.z", "gyro", 2, None),
+    ("", "positive_width_us_3", "pwm", 3, "us"),
+    ("/pwm", "positive_width_us.0", "pwm", 0, "us"),
     ("", "surge_force_N", "tau_cmd", 0, "N"),
     ("", "u", "velocity", 0, None),
     ("", "surge", "velocity", 0, None),
@@ -121,6 +127,8 @@ def test_what_was_not_measured_and_what_nobody_knows_has_no_signal(field):
         ("/cmd_vel", "twist.linear.x"),
         ("/sensor/hull_pressure", "data"),
         ("/attitude/rate", "angular.z"),
+        ("/imu/accel", "linear.x"),
+        ("/joy_twist", "angular.z"),
     ],
 )
 def test_what_a_topic_wants_of_the_vehicle_or_has_of_its_inside_is_not_measured_outside(topic, field):

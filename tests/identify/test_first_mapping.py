@@ -228,6 +228,14 @@ def test_a_wrench_in_axes_forward_left_up_is_turned_where_the_motion_goes_agains
     assert tuple(mend.factors for mend in mends(pushed)) == mended_by
 
 
+def test_a_velocity_that_hardly_changes_beside_the_accelerometer_is_not_turned_round():
+    """As that of an autopilot whose estimate goes on beside a vehicle that is carried about."""
+    still = without(changed("velocity", (1.0, -0.05, 1.0)), "depth", "pressure")
+    assert [mend for mend in mends(still) if mend.signal == "velocity"] == []
+    turned = without(changed("velocity", (1.0, -1.0, 1.0)), "depth", "pressure")
+    assert [mend.signal for mend in mends(turned) if mend.signal == "velocity"] == ["velocity"]
+
+
 def test_a_sentence_names_the_evidence_and_the_edit_of_the_map():
     (mend,) = mends(changed("gyro", (1.0, -1.0, 1.0)))
     assert "y: correlation -1.00" in mend.sentence

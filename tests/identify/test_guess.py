@@ -92,6 +92,9 @@ def test_without_parameters_a_motion_that_follows_no_frame_is_refused(tmp_path, 
     monkeypatch.setattr("identify.run.vehicle_of_log.read_dive", lambda _path, **_of: other)
     with pytest.raises(LogError, match="its motion follows the thrust of no known frame"):
         guess(tlog(tmp_path / "a.tlog", {}))
+    monkeypatch.setattr("identify.run.vehicle_of_log.autopilot_parameters", lambda _path: (ARDUSUB, {}))
+    with pytest.raises(LogError, match="give the whole log, at whose beginning they stand, or write"):
+        guess(tmp_path / "a piece.BIN")
 
 
 @pytest.mark.parametrize(

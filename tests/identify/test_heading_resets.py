@@ -105,3 +105,16 @@ def test_a_heading_that_passes_from_pi_to_minus_pi_is_no_reset():
     )
     turning = replace(past, gyro=Signal(GYRO_S, np.column_stack([0 * GYRO_S, 0 * GYRO_S, 0.1 + 0 * GYRO_S])))
     assert without_heading_resets(turning) is turning
+
+
+def test_a_stamp_that_stumbles_in_a_fast_turn_is_no_reset():
+    """As in a bag without header times, whose log gets a reading some milliseconds sooner or later than usual."""
+    time_s = np.arange(0.0, 30.0, 0.02)
+    read_s = time_s.copy()
+    read_s[[310, 620, 941]] += 0.012
+    psi = np.sin(2.0 * read_s) + 1e-5 * np.random.default_rng(5).normal(size=len(time_s))
+    turning = np.column_stack([0.0 * GYRO_S, 0.0 * GYRO_S, 2.0 * np.cos(2.0 * GYRO_S)])
+    level = 0.0 * time_s
+    attitude = Signal(time_s, quaternions_from_euler(level, level, psi))
+    fast = Dive("turns", Path("turns.bag"), "1" * 64, attitude=attitude, gyro=Signal(GYRO_S, turning))
+    assert without_heading_resets(fast) is fast

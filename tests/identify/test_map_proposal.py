@@ -371,6 +371,13 @@ def test_a_date_as_a_number_is_known_by_its_size_however_seldom_it_is_logged(uni
     assert time_unit_of((1.79e9 + 20.0 * np.arange(9)) * in_a_second) == (unit, True)
 
 
+@pytest.mark.parametrize(("unit", "in_a_second", "start_s"), [("ns", 1e9, 1.4), ("us", 1e6, 1400.0)])
+def test_a_clock_from_the_start_whose_numbers_look_like_dates_counts_in_the_unit_that_makes_a_dive(
+    unit, in_a_second, start_s
+):
+    assert time_unit_of((start_s + 0.05 * np.arange(6000)) * in_a_second)[0] == unit
+
+
 def test_a_clock_of_dates_is_taken_for_one():
     second = [f"2026-07-19T10:15:{k:02d}Z" for k in range(50)]
     stream = Stream("", {"depth": np.linspace(1.0, 2.0, 50)}, {"time": tuple(second)})

@@ -111,6 +111,26 @@ def test_a_pressure_from_the_surface_gets_the_airs_and_is_to_be_checked():
     assert "it counts from the surface" in choice.reasons[0]
 
 
+@pytest.mark.parametrize("taken", ["water_pressure", "water_pressure_hPa"])
+def test_pascals_from_the_surface_that_look_like_hectopascals_are_known_by_the_pace_of_the_dive(taken):
+    columns = usual(READ)
+    del columns["depth"], columns["pressure"]
+    columns[taken] = READ["pressure"] - 101325.0
+    (choice,) = (choice for choice in propose(table(columns), LOG).choices if choice.signal == "pressure")
+    assert (choice.columns.unit, choice.columns.offset[0]) == ("Pa", pytest.approx(101325.0))
+    assert "which none does: it is in Pa, taken for hPa" in choice.mends[0].problem
+
+
+def test_a_pressure_that_is_never_near_the_airs_is_asked_for_its_unit():
+    columns = {name: values for name, values in usual(READ).items() if name != "depth"}
+    for least_pa, is_asked in ((101_325.0, False), (300_000.0, True)):
+        columns["pressure"] = 0.01 * (least_pa + READ["pressure"] - READ["pressure"].min())
+        (choice,) = (each for each in propose(table(columns), LOG).choices if each.signal == "pressure")
+        assert choice.columns.unit == "hPa"
+        assert (choice.confidence is Confidence.GUESSED) is is_asked
+        assert ("Pa from the surface" in choice.reasons[0]) is is_asked
+
+
 @pytest.mark.parametrize(("named", "unit", "pascals"), [("dbar", "bar", 1e5), ("bar", "dbar", 1e4)])
 def test_an_absolute_pressure_whose_name_says_another_unit_is_mended_by_the_depth(named, unit, pascals):
     columns = usual(READ)

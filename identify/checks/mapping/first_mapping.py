@@ -67,6 +67,11 @@ SHALLOW = 1.0
 LARGEST_OFFSET_M = 1.0
 """Where no motion tells, a position that is always deeper than any sensor is mounted is a depth."""
 
+LEAST_MOVED = 0.1
+"""A velocity that changes by less than this part of what the accelerometer says is none whose sign that tells."""
+FASTEST_DIVE_M_S, PACE_S = 5.0, 1.0
+"""A vehicle that sinks or rises, over PACE_S, for a twentieth of a recording faster than this is none."""
+
 _MEANT = {
     "velocity": "the velocity",
     "gyro": "the gyro",
@@ -85,8 +90,8 @@ def mends(dive: Dive, *, depth_is_a_position: bool = False) -> tuple[Mend, ...]:
     made: list[Mend] = []
     below = _position_below if depth_is_a_position else _depth_below
     checks = (
-        _gravity, below, _pressure_by_depth, _depth_by_pressure, _quaternion_order, _turned_force, _frames, _angles,
-        _turns, earth_mends, speed_mends, _heave, _pushes, wrench_mends,
+        _gravity, below, _pressure_by_pace, _pressure_by_depth, _depth_by_pressure, _quaternion_order, _turned_force,
+        _frames, _angles, _turns, earth_mends, speed_mends, _heave, _pushes, wrench_mends,
     )  # fmt: skip
     for check in checks:
         for mend in check(dive):
@@ -194,6 +199,26 @@ def _pressure_by_depth(dive: Dive) -> tuple[Mend, ...]:
             problem = f"{changes}{in_unit}, and it is 0 at the surface: it counts from the surface"
             return (column_mend("pressure", (factor,), problem, offset=AIR_PA),)
     return ()
+
+
+def _pressure_by_pace(dive: Dive) -> tuple[Mend, ...]:
+    """A pressure of pascals from the surface that was taken for hectopascals, which would sink a vehicle at 20 m/s."""
+    pressure = readings(dive.pressure)
+    if pressure is None:
+        return ()
+    paces_s = np.arange(pressure.time_s[0], pressure.time_s[-1], PACE_S)
+    sunk_m = np.diff(pressure.at(paces_s)[:, 0]) / PASCALS_PER_METRE
+    if not len(sunk_m):
+        return ()
+    fastest = float(np.quantile(np.abs(sunk_m), 0.95)) / PACE_S
+    in_pascals = UNITS["pressure"]["Pa"] / UNITS["pressure"]["hPa"]
+    if fastest < FASTEST_DIVE_M_S or fastest * in_pascals > FASTEST_DIVE_M_S:
+        return ()
+    problem = (
+        f"By it the vehicle sinks or rises at {fastest:.3g} m/s, which none does: it is in Pa, taken for hPa, and "
+        "counts from the surface"
+    )
+    return (column_mend("pressure", (in_pascals,), problem, offset=AIR_PA),)
 
 
 def _unit_words(otherwise: str, factor: float | None) -> str:
@@ -391,7 +416,8 @@ def _pushes(dive: Dive) -> tuple[Mend, ...]:
     """The velocity's change along x and y against the accelerometer: its signs."""
     pushes = pushes_of(dive)
     compared = pushes.by_sign() if pushes else ()
-    wrong = {axis: m for axis, m in enumerate(compared) if m is not None and m.correlation < -CLEAR}
+    moving = {axis: m for axis, m in enumerate(compared) if m is not None and abs(m.ratio) > LEAST_MOVED}
+    wrong = {axis: m for axis, m in moving.items() if m.correlation < -CLEAR}
     if not wrong:
         return ()
     factors = tuple(-1.0 if axis in wrong else 1.0 for axis in range(3))

@@ -13,6 +13,8 @@ from identify.words import axes_named
 SLOWEST_VELOCITY_HZ = 2.0
 SLOWEST_GYRO_HZ = 5.0
 SHORTEST_GAP_S = 2.0
+ENOUGH_HZ = 20.0
+"""Thruster commands at this rate tell their force well enough, but for an autopilot whose faster loop is known."""
 
 NO_VELOCITY, NO_RATE = "There is no velocity to go by", "There is no rate of turn to go by"
 """Of a signal that was not recorded, or of which another check left nothing and said why."""
@@ -40,13 +42,20 @@ def _velocity(dive: Dive) -> list[str]:
     axes = np.isfinite(signal.value).any(axis=0)
     if not axes.all():
         notes.append(_lacking(dive, np.flatnonzero(axes).tolist(), np.flatnonzero(~axes).tolist()))
-    unknown = ~np.isfinite(signal.value[:, axes]).all(axis=1)
+    known = np.isfinite(signal.value[:, axes])
+    believed = np.ones(len(signal), np.bool_)
     for axis in DOFS[:3]:
         for start_s, end_s in dive.frozen.get(axis_key("velocity", axis), ()):
-            unknown &= (signal.time_s < start_s) | (signal.time_s > end_s)
-    share = float(np.mean(unknown))
-    if share > 0.01:
-        notes.append(f"The DVL had no bottom lock in {100 * share:.0f} % of its samples.")
+            believed &= (signal.time_s < start_s) | (signal.time_s > end_s)
+    unlocked = float(np.mean(believed & ~known.any(axis=1)))
+    if unlocked > 0.01:
+        notes.append(f"The DVL had no bottom lock in {100 * unlocked:.0f} % of its samples.")
+    parted = float(np.mean(believed & known.any(axis=1) & ~known.all(axis=1)))
+    if parted > 0.01:
+        notes.append(
+            f"In {100 * parted:.0f} % of the velocities some axes are known and others are not, as where a log writes "
+            "each into a row of its own."
+        )
     return notes
 
 
@@ -86,9 +95,10 @@ def _forces(dive: Dive) -> list[str]:
         return ["Neither thruster commands nor wrenches are recorded: nothing can be identified."]
     notes = []
     if unknown_between(dive, signal):
+        often = "at 20 Hz or more" if signal.rate_hz < ENOUGH_HZ else "as often as that loop runs"
         notes.append(
             f"Thruster commands come at {signal.rate_hz:.1f} Hz, too slow to know the force between them where a "
-            "faster loop sends them: what they do there is taken for a noise then. Record them at 20 Hz or more."
+            f"faster loop sends them: what they do there is taken for a noise then. Record them {often}."
         )
     notes += flipping_commands(dive, signal)
     gap_s = longest_gap_s(signal.time_s)

@@ -26,6 +26,7 @@ MEASURED = frozenset(SIGNALS) - {"pwm", "rpm", "voltage", "tau_cmd", "armed"}
 FAVOURED = {
     "velocity": "dvl", "gyro": "imu|gyro|angular_velocity", "specific_force": "imu|accel", "quaternion": "imu|attitude",
     "altitude": "dvl|range|altimeter|ping", "depth": "depth", "voltage": "battery",
+    "pwm": "thrust(?!er)",
 }  # fmt: skip
 """Topics that are taken first where several hold a signal."""
 

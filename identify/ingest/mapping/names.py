@@ -66,6 +66,8 @@ _SIDE = "(left|port|right|starboard|stbd)"
 _ALONG = "front|rear|fore|aft|back|bow|mid|middle|vert|vertical|upper|lower|top|bottom"
 _PAIR = rf"(?!.*(?:^|_)(?:{_ALONG})(?:_|$))(?:.*_)?"
 """Begins the rule of a pair of thrusters: names that say more than a side are of more than two."""
+_OF_MOTION = r"^(?!.*(?:acc|joy|teleop|key|attitude))"
+"""Topics whose `linear` and `angular` are a velocity and rates: no Accel of ROS, no pilot's order, no angles."""
 _PUSHES = "(?:pwm|servo|esc|motor|thruster|thrusters|thr|throttle|prop|propeller)"
 
 _RULES: tuple[tuple[str, str, str], ...] = (
@@ -99,6 +101,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
      r"(?:.*_)?(?:linear_acceleration|accelerometer|acceleration|accel|acc|specific_force)_?([xyz012])", ""),
     ("specific_force", r"xyz_([012])|([xyz])", r"(?:vehicle_)?acceleration|accel"),
     ("specific_force", r"a_?([xyz])(?:_imu|_body)?|(?:.*_)?([xyz])_?acc(?:el)?", ""),
+    ("tau_cmd", r"(?:.*_)?wrench_(surge|sway|heave|roll|pitch|yaw)", ""),
     ("quaternion", r"(?:.*_)?(?:orientation|quaternion|quat|attitude|q)_([wxyz0-4])|(?:.*_)?q([wxyz0-4])", ""),
     ("euler", r"(?:.*_)?(roll|pitch|yaw|heading|hdg)(?:_angle)?", ""),
     ("euler", r"(phi|theta|psi)", ""),
@@ -118,6 +121,7 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("pwm", r"(?:.*_)?(?:pwm|servo|output|out|channels|control|effort|esc|motor|thruster|actuator|act)_?(\d+)"
             r"(?:_(?:raw|pwm|command|cmd|output))?", ""),
     ("pwm", r"(?:.*_)?(?:force|thrust)s?_?(\d+)|(?:.*_)?(?:motor|thruster|prop|propeller)_?(\d+)_(?:force|thrust)", ""),
+    ("pwm", r"(?:.*_)?(?:positive|pulse)_width_?(?:us_?)?(\d+)", ""),
     ("pwm", r"(?:t|m|c|ch|u)(\d+)", ""),
     ("pwm", r"(?:u_)?(?:thr|cmds?|commands?)_?(\d+)", ""),
     ("pwm", r"data_(\d+)", r"thruster|pwm|motor|servo|actuator|command|output"),
@@ -131,6 +135,8 @@ _RULES: tuple[tuple[str, str, str], ...] = (
     ("tau_cmd", r"(?:.*_)?f_?([xyz])", ""),
     ("tau_cmd", r"(?:.*_)?(surge|sway|heave)_(?:force|thrust)", ""),
     ("tau_cmd", r"tau_?(?:cmd_?)?([xyzkmn0-5])", ""),
+    ("velocity", r"linear_([xyz])", _OF_MOTION),
+    ("gyro", r"angular_([xyz])", _OF_MOTION),
     ("voltage", r"(?:.*_)?(?:voltage|volt|volts|vbat|battery|batt)", ""),
     ("armed", r"(?:.*_)?armed", ""),
 )  # fmt: skip
@@ -154,7 +160,7 @@ _AXES: dict[str, dict[str, int]] = {
         **{f"force_{axis}": k for k, axis in enumerate("xyz")},
         **{f"torque_{axis}": 3 + k for k, axis in enumerate("xyz")},
         **{axis: k for k, axis in enumerate("xyzkmn")}, **{str(k): k for k in range(6)},
-        "surge": 0, "sway": 1, "heave": 2,
+        "surge": 0, "sway": 1, "heave": 2, "roll": 3, "pitch": 4, "yaw": 5,
     },
 }  # fmt: skip
 _IN_MILLIRADIANS = re.compile(r"(?:^|_)(?:raw|scaled)_imu\d?_[xyz]gyro$")

@@ -37,7 +37,8 @@ from identify.ingest.mapping.profiles import Profile, profiles
 from identify.ingest.mapping.signals import NOTHING_IN_COMMON, apart_in_time, dive_fields
 from identify.ingest.mapping.time_column import time_column
 from identify.ingest.mapping.units import UNITS
-from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
+from identify.ingest.ros.bags import headers_apart
+from identify.ingest.ros.recorded import RECEIVED, STAMP
 
 MOST_OFF = 3.0
 """Ratio of two rates of turn up to which they may be in one unit; degrees and radians are 57 apart."""
@@ -95,9 +96,10 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
     Raises LogError if no column is a time; NothingKnown if no other column is known by its name.
     """
     time, time_reason = time_column(streams, path)
-    apart = _on_two_clocks(streams, time)
+    taken = _chosen_of(streams, time)
+    apart = _on_two_clocks(taken, time)
     logged = all(RECEIVED in stream.columns for stream in streams)
-    if apart and logged and not _on_two_clocks(streams, TimeColumn(RECEIVED, "s")):
+    if apart and logged and not _on_two_clocks(taken, TimeColumn(RECEIVED, "s")):
         time_reason = f"By '{time.column}', {apart}; '{RECEIVED}', the log's, is one."
         time = TimeColumn(RECEIVED, "s")
     timed = [stream for stream in streams if time.column in (*stream.columns, *stream.text)]
@@ -112,7 +114,7 @@ def propose_single(streams: Sequence[Stream], path: Path) -> Proposal:
         notes.append(
             f"By '{time.column}', {apart}: no signal was held against another. Name one clock of all."
         )
-    elif time.column == STAMP and (old := headers_apart(timed, OLD_S)):
+    elif time.column == STAMP and (old := headers_apart(taken, OLD_S)):
         notes.append(
             f"By '{STAMP}', {old}: taken for the age of its readings; if a clock is off instead, take '{RECEIVED}'."
         )
@@ -323,13 +325,16 @@ def _meant(choice: Choice) -> str:
     return "attitude" if choice.signal in ("euler", "quaternion") else choice.signal
 
 
+def _chosen_of(streams: Sequence[Stream], time: TimeColumn) -> list[Stream]:
+    """The topics of which signals are made, by names and ranges alone."""
+    candidates = [candidate for stream in streams for candidate in candidates_in(stream, time.column)]
+    choices, _ = choices_of(candidates)
+    return [stream for stream in streams if any(_holds(stream, choice) for choice in choices)]
+
+
 def _on_two_clocks(streams: Sequence[Stream], time: TimeColumn) -> str:
-    """Evidence that a time column puts the topics with signals on several clocks; "" for none."""
-    timed = [
-        stream
-        for stream in streams
-        if time.column in stream.columns and any(True for _ in candidates_in(stream, time.column))
-    ]
+    """Evidence that a time column puts topics on several clocks; "" for none."""
+    timed = [stream for stream in streams if time.column in stream.columns]
     apart = headers_apart(timed) if time.column == STAMP else ""
     return next((said for said, are_two in apart_in_time(_spans(timed, time)) if are_two), apart)
 

@@ -8,6 +8,7 @@ import numpy as np
 from bridge.arrays import Array
 from bridge.clock import OLDEST_UNIX_S
 from bridge.vehicle.config import GRAVITY_M_S2
+from identify.checks.readings.impossible import LONGEST_DIVE_S
 from identify.ingest.mapping.column_map import TIME_UNITS
 from identify.ingest.mapping.units import AIR_PA, UNITS
 
@@ -31,6 +32,8 @@ FAR_BEYOND, FEWEST_SIZES = 5.0, 100
 LEAST_PULSE_US = 700.0
 LEAST_AIR_PA, DEEPEST_PA = 70_000.0, 6e6
 """Of air above the highest lakes that are dived, and of 600 m of water."""
+DEEP = 1.3
+"""Of a log whose least absolute pressure is larger by this factor than the air's, nothing was read near the surface."""
 LEAST_MILLIVOLTS = 1000.0
 FEWEST_OF_A_CLOCK = 10
 """Least number of rows of which a battery that is never lower than just before is a clock."""
@@ -127,10 +130,15 @@ def _without_marks(known: Array) -> Array:
 
 
 def time_unit_of(time: Array) -> tuple[str, bool]:
-    """Unit of a time column (n,) in rising order by its size or steps, and whether only that unit fits."""
+    """Unit of a time column (n,) in rising order by its size or steps, and whether only that unit fits.
+
+    A size is that of a date only if the rows then make a dive: a simulator's clock of nanoseconds has that size, too.
+    """
     known = time[np.isfinite(time)]
+    usual_span = float(np.diff(np.quantile(known, (0.1, 0.9)))[0]) if len(known) else 0.0
     for unit, size_s in TIME_UNITS.items():
-        if len(known) and OLDEST_UNIX_S <= known[0] * size_s < LATEST_UNIX_S:
+        is_date = len(known) and OLDEST_UNIX_S <= known[0] * size_s < LATEST_UNIX_S
+        if is_date and usual_span * size_s <= LONGEST_DIVE_S:
             return unit, True
     steps = np.diff(known)
     step = float(np.median(steps[steps > 0])) if np.any(steps > 0) else 0.0
@@ -180,7 +188,11 @@ def _pressure(known: Array) -> Guess:
     least = float(np.quantile(known, 0.01)) if len(known) else 0.0
     for unit in ("Pa", "hPa"):
         if LEAST_AIR_PA < least * PRESSURES[unit] < DEEPEST_PA:
-            return Guess(unit, f"The least pressure is {least:.6g}, which fits {unit}.")
+            is_deep = unit == "hPa" and least * PRESSURES[unit] > DEEP * AIR_PA
+            other = (
+                " It may be Pa from the surface as well, which gets the air's as `offset`." if is_deep else ""
+            )
+            return Guess(unit, f"The least pressure is {least:.6g}, which fits {unit}.{other}", not is_deep)
     off = {
         unit: abs(math.log(least * PRESSURES[unit] / AIR_PA))
         for unit in ("kPa", "dbar", "psi", "bar")

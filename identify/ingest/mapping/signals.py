@@ -32,7 +32,8 @@ from identify.ingest.mapping.column_map import (
 from identify.ingest.mapping.lost_lock import without_zeros
 from identify.ingest.mapping.names import tells_valid_velocity
 from identify.ingest.mapping.units import UNITS
-from identify.ingest.ros.bags import RECEIVED, STAMP, headers_apart
+from identify.ingest.ros.bags import headers_apart
+from identify.ingest.ros.recorded import RECEIVED, STAMP
 
 SPARSE = 0.5
 """The rows of a table with this share of empty cells hold a part of a sample each, be they empty or written as NaN."""

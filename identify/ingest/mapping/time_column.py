@@ -12,7 +12,7 @@ from identify.ingest.files.streams import Stream
 from identify.ingest.mapping.column_map import ISO, OF_DAY, TimeColumn
 from identify.ingest.mapping.names import ends_in_time_unit, long_time_unit, snake, time_unit
 from identify.ingest.mapping.ranges import time_unit_of
-from identify.ingest.ros.bags import RECEIVED, STAMP
+from identify.ingest.ros.recorded import RECEIVED, STAMP
 from identify.words import listed
 
 LEAST_RISING = 0.95

@@ -25,6 +25,12 @@ MOST = 0.01
 LONGEST_S, SLOWEST_HZ = 0.5, 8.0
 """Least rate of the gyro, and longest time between two attitudes, to know the turn between them."""
 
+STAMP_S = 0.02
+"""Heading and gyro of a bag without header times are dated by so much apart, now and then: a turn is no reset."""
+
+SHORTEST_S = 1e-3
+"""Least time between two attitudes by which a rate is reckoned."""
+
 STEEP_RAD = 1.2
 """Pitch beyond which the heading is ill-defined."""
 
@@ -77,7 +83,8 @@ def _turned_by(gyro: Signal, attitude: Signal) -> tuple[Array, Array]:
         np.bincount(step[inside], each[inside], minlength=len(attitude) - 1).astype(np.float64)
         for each in (turned, off)
     )
-    return turn, most
+    rate = np.abs(turn) / np.maximum(np.diff(attitude.time_s), SHORTEST_S)
+    return turn, most + STAMP_S * rate
 
 
 def _heading_rate(attitude: Signal, gyro: Signal, time_s: Array) -> Array:

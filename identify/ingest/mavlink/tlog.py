@@ -52,8 +52,8 @@ AS_OFTEN = 0.9
 """Messages of equal rate differ in number by less than this share, because some of each are lost."""
 
 OF_AIR = (
-    "The pressure (SCALED_PRESSURE2) stays while the vehicle sinks, so it is that of the air in its hull: it was left "
-    "out, and the depth is the autopilot's."
+    "The pressure (SCALED_PRESSURE2) stays while the vehicle sinks by the autopilot, so it is that of the air in its "
+    "hull, or the vehicle floats and waves lift it: it was left out, and the depth is the autopilot's."
 )
 
 

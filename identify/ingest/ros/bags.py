@@ -13,8 +13,9 @@ from identify.ingest.ros.db3 import read_db3
 from identify.ingest.ros.definitions import Types, definition_file, full_type, is_large, types_of
 from identify.ingest.ros.fields import Undefined, columns_of
 from identify.ingest.ros.mcap import read_mcap
-from identify.ingest.ros.recorded import CutOff, Reader, Topic, of_packed
+from identify.ingest.ros.recorded import RECEIVED, STAMP, CutOff, Reader, Topic, of_packed
 from identify.ingest.ros.rosbag1 import read_rosbag1
+from identify.ingest.ros.thruster_topics import joined_thrusters
 from identify.words import listed
 
 _OF_ROS_2: dict[str, Reader] = {
@@ -25,7 +26,7 @@ _OF_ROS_2: dict[str, Reader] = {
 }
 READERS: dict[str, Reader] = {".bag": read_rosbag1, ".bag.active": read_rosbag1, **_OF_ROS_2}
 """By ending; a recorder of ROS 1 that was killed leaves a `.bag.active`."""
-RECEIVED, STAMP, HEADER_STAMP = "received", "stamp", "header.stamp"
+HEADER_STAMP = "header.stamp"
 APART_S = 1.0
 """Longer than the way of any message from a sensor to the log."""
 NONE = -1.0
@@ -39,7 +40,8 @@ def read_bag(files: Sequence[Path]) -> Streams:
     """The topics of a bag that hold numbers, and notes on what was left out. `files` are its parts in their order.
 
     Columns are the numeric fields, `stamp`, the time in the messages' header in s, and `received`, the time of the log
-    in Unix s. A topic without header times has those of the log as `stamp`. Images and clouds of points are left out.
+    in Unix s. A topic without header times has those of the log as `stamp`. Topics that hold a single thruster each
+    are joined in a further one. Images and clouds of points are left out.
 
     Raises LogError if there is nothing to read, or a library is missing.
     """
@@ -99,7 +101,7 @@ def read_bag(files: Sequence[Path]) -> Streams:
             f"No header time in {some_of(unstamped)}: `{STAMP}` is when the log got a message, later by what the way "
             "takes; a diagnosis shows that as a delay."
         )
-    return Streams(tuple(streams), tuple(notes))
+    return Streams((*streams, *joined_thrusters(streams)), tuple(notes))
 
 
 def headers_apart(streams: Sequence[Stream], by_s: float = APART_S) -> str:

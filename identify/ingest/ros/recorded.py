@@ -15,6 +15,8 @@ from typing import IO
 from bridge.errors import LogError
 from identify.ingest.files.optional_libraries import library
 
+RECEIVED, STAMP = "received", "stamp"
+"""Columns of each topic: the time of the log, and that in the header of the messages, s."""
 EXTRA = "bags"
 MOST_UNPACKED_BYTES = 1 << 30
 """The most that one piece of a bag may unpack to; recorders write pieces of 1 to 10 MB."""
