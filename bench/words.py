@@ -13,12 +13,10 @@ def blocks(*parts: str) -> str:
 
 
 def paragraph(*sentences: str) -> str:
-    """Wrap the sentences into lines of the page."""
     return textwrap.fill(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
-    """A table, a line for each row."""
     return "\n".join([_row(head), "|---" * len(head) + "|", *map(_row, rows)])
 
 
@@ -34,5 +32,4 @@ def percent(share: float) -> str:
 
 
 def in_a_word(met: bool) -> str:
-    """Whether a goal is met, as one word."""
     return "met" if met else "**missed**"

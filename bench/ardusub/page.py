@@ -170,7 +170,6 @@ def _sized(cause: dict[str, Any]) -> str:
 
 
 def table(results: dict[str, dict[str, Any]]) -> str:
-    """The figures of the dives as Markdown."""
     rows = []
     for name, figures in results[PLAIN].items():
         turns = name == DOFS[5]

@@ -18,7 +18,6 @@ class Goal:
     percent: bool = True
 
     def row(self, score: Score) -> tuple[str, str, str]:
-        """A row of the table."""
         figure = figure_of(score, self.measure)
         if figure is None or (isinstance(figure, Rate) and not figure.of):
             return self.words, "-", "nothing to judge"
@@ -32,7 +31,6 @@ def figure_of(score: Score, measure: Measure) -> Rate | float | None:
 
 
 def figure_words(figure: Rate | float | None, percent: bool = True) -> str:
-    """A rate with its bounds, or a number."""
     if figure is None or (isinstance(figure, Rate) and not figure.of):
         return "-"
     if isinstance(figure, Rate):
@@ -91,7 +89,6 @@ ALSO = (
 
 
 def words(score: Score) -> str:
-    """The goals, and the other figures of the score."""
     rows = [
         (what, figure_words(figure_of(score, measure), measure is not Measure.WRONG_CAUSES))
         for what, measure in ALSO

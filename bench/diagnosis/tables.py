@@ -64,7 +64,6 @@ def pooled_power(trials: Sequence[Trial], points: int) -> str:
 
 
 def by_effect(trials: Sequence[Trial]) -> str:
-    """Table of the effects that were hidden alone."""
     rows = []
     units = _units()
     names = sorted({dive.truth["effects"][0]["name"] for dive in trials})

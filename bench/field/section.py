@@ -28,20 +28,17 @@ SHORT_SEED, SHORT_COUNT = 390_000, 16
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from the results in `cache`; runs the dives that are missing there."""
     seed, count = (SHORT_SEED, SHORT_COUNT) if short else (SEED, COUNT)
     return page(cases_of(cache, seed, count, COMPANION), seed)
 
 
 def cases_of(cache: Path, seed: int, count: int, rates: Rates) -> list[Judged]:
-    """The dives of a plan and their answers, from the results in `cache`; runs those that are missing there."""
     dives = [Planned(seed, number, effect, rates) for number, effect in enumerate(effects_of(seed, count))]
     jobs = {f"{dive.name}:{stamp(*ANSWERED)}": partial(planned_job, dive) for dive in dives}
     return [judged(data) for data in Remembered(cache / "field.jsonl").fill(jobs, "field dives").values()]
 
 
 def page(cases: Sequence[Judged], seed: int) -> str:
-    """The section from its dives."""
     return blocks(
         "## Field dives",
         _introduction(cases, seed),
@@ -91,7 +88,6 @@ BY_EFFECT = (
 
 
 def goals(cases: Sequence[Judged]) -> str:
-    """Each goal with its figure and whether it is met."""
     named, wrong, off, late = rate_named(cases), false_causes(cases), magnitudes(cases), delays_s(cases)
     within = Rate(sum(error <= SIZE_GOAL for error in off), len(off))
     punctual = Rate(sum(error <= DELAY_GOAL_S for error in late), len(late))
@@ -118,7 +114,6 @@ def _goal(words: str, figure: str, value: float, met: bool) -> tuple[str, str, s
 
 
 def further_figures(cases: Sequence[Judged]) -> str:
-    """Further figures next to the goals, in a few sentences."""
     hidden, empty = [case for case in cases if not case.empty], [case for case in cases if case.empty]
     named, also = rate_named(cases), rate_also(cases)
     half = (
@@ -145,7 +140,6 @@ def _counted(counts: Counter[str]) -> str:
 
 
 def by_effect(cases: Sequence[Judged]) -> str:
-    """Table of the power by effect."""
     rows = []
     for name in sorted({case.effect for case in cases} - {NONE}):
         group = [case for case in cases if case.effect == name]
@@ -176,7 +170,6 @@ def _instead(missed: Sequence[Judged]) -> str:
 
 
 def by_size(cases: Sequence[Judged]) -> str:
-    """Table of the power by size over the sea, all effects together."""
     hidden = sorted((case for case in cases if not case.empty), key=lambda case: case.size)
     rows = []
     points = max(min(POINTS, len(hidden) // EACH_POINT), 1)
@@ -189,7 +182,6 @@ def by_size(cases: Sequence[Judged]) -> str:
 
 
 def wrong(cases: Sequence[Judged]) -> str:
-    """Table of the causes that were accepted and not present."""
     said, empty = (
         Counter(name for case in some for name in dict.fromkeys(cause.name for cause in case.false()))
         for some in (cases, [case for case in cases if case.empty])

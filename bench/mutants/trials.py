@@ -98,7 +98,6 @@ class Checkout:
         return Verdict(mutant, None, count)
 
     def _alone(self, test: str) -> Data:
-        """How a test file runs without a mutant."""
         code, seconds, of_processor = self._run(test, LONGEST_S, self._kernels, bytecode=True)
         passes, none = code == 0, code == NO_TESTS
         return {"passes": passes, "none": none, "seconds": seconds, "processor": of_processor}

@@ -178,7 +178,6 @@ TURNS = {
 
 
 def heave_section(done: Reproduction) -> Section:
-    """Heave, identified from the two changes of depth of each campaign."""
     rows = []
     for name, campaign in done.campaigns.items():
         for coefficient in HEAVE:
@@ -208,7 +207,6 @@ def heave_section(done: Reproduction) -> Section:
 
 
 def yaw_section(done: Reproduction) -> Section:
-    """Yaw inertia: identified, and used in the feed-forward."""
     runs = {label: turned(done.dives[trial]) for label, trial in TURNS.items()}
     rows = tuple(
         (
@@ -247,7 +245,6 @@ def yaw_section(done: Reproduction) -> Section:
 
 
 def coupling_section(terms: tuple[Term, ...]) -> Section:
-    """Off-diagonal terms of the mass and damping matrices."""
     off = [term for term in terms if not term.diagonal]
     rows = tuple(
         (

@@ -36,7 +36,6 @@ PAPER_TABLE_5 = {
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"tracking-{stamp(*SOURCES)}.jsonl")
     jobs = {
         f"{configuration} {seed}": partial(flights, configuration, seed, cache / "dives")

@@ -26,7 +26,6 @@ tuned on the draws. The short form, which anyone may look at, uses seeds of deve
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from the results in `cache`; runs the dives that are missing there."""
     first, other, count = (SHORT_DRAWN, SHORT_KNOWN, SHORT_COUNT) if short else (DRAWN, KNOWN, COUNT)
     kept, code = Remembered(cache / "unknown.jsonl"), stamp(*ANSWERS)
     drawn_jobs = {f"drawn {first + i}:{code}": partial(unknown_job, first + i) for i in range(count)}
@@ -40,7 +39,6 @@ def section(cache: Path, short: bool) -> str:
 
 
 def page(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
-    """The section from its dives."""
     return blocks(
         "## Unknown forces, drawn by a grammar",
         _introduction(drawn, known),
@@ -77,7 +75,6 @@ DRIFTS = (1.5, 2.5, 4.0, 6.6)
 
 
 def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
-    """Table of the goals, and of the other outcomes."""
     called, wrong = _rate(drawn, _called_unknown), _rate(known, lambda dive: dive.verdict == "unknown")
     by_name = [dive for dive in drawn if dive.verdict == "unknown"]
     judged_by = (
@@ -122,13 +119,11 @@ def by_part(drawn: Sequence[Judged]) -> str:
 
 
 def misnamed(drawn: Sequence[Judged]) -> str:
-    """The causes that were said to explain a drawn force."""
     said = _counted(name for dive in drawn if _called_by_a_cause(dive) for name in dive.causes)
     return paragraph(f"Known causes told instead of an unknown one: {said}.")
 
 
 def mistaken(known: Sequence[Judged]) -> str:
-    """The effects that were called unknown."""
     return paragraph(
         f"Known effects called unknown: {_counted(dive.hidden for dive in known if dive.verdict == 'unknown')}."
     )

@@ -11,7 +11,6 @@ HEAD = ("parameter", "symbol", "unit", "what it is", "least", "most")
 
 
 def page() -> str:
-    """The whole page."""
     file = load_vehicle(EXAMPLE)
     assert file.configuration is not None
     shape = file.vehicle.configurations[file.configuration]

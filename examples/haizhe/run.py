@@ -89,7 +89,6 @@ def groups_of(runs: Sequence[Recorded], size: int) -> Iterator[tuple[str, list[R
 
 
 def words_of(judged: Judged) -> str:
-    """An answer in a few words."""
     if judged.finding is None:
         return judged.verdict
     values = [

@@ -159,7 +159,6 @@ def own_columns(recording: Recording) -> Path | None:
 
 
 def definitions(recording: Recording) -> tuple[Path, ...]:
-    """The files beside a bag that define its types."""
     bags = [file for file in recording.files if ending_of(file)]
     return tuple(files_beside(bags[0])) if bags else ()
 

@@ -126,7 +126,6 @@ def diagnosed(rows: Sequence[Row]) -> dict[str, list[Row]]:
 
 
 def by_configuration(rows: Sequence[Row]) -> dict[str, list[Row]]:
-    """Rows that hold values, grouped by the vehicle's configuration."""
     groups: dict[str, list[Row]] = {}
     for row in rows:
         if row.values:

@@ -141,7 +141,6 @@ _CONTEXT = multiprocessing.get_context("spawn")
 
 
 def cores() -> int:
-    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -68,7 +68,6 @@ BY_AXIS = (
 
 
 def diagnosis_report(diagnosis: Diagnosis) -> Report:
-    """Verdict and parts of the page."""
     d = diagnosis
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
@@ -83,7 +82,6 @@ def subtitle(d: Diagnosis) -> str:
 
 
 def sections(d: Diagnosis) -> tuple[Section, ...]:
-    """Parts of the page: where, what, how far, what next."""
     parts = [
         _where(d),
         _by_dof(d),
@@ -343,7 +341,6 @@ HOW = (
 
 
 def against_report(comparison: Against) -> Report:
-    """Build the page: verdict and parts."""
     return Report(
         f"{comparison.vehicle.vehicle}: {comparison.vehicle.dive} against the simulator's {comparison.simulator.dive}",
         subtitle(comparison.vehicle),
@@ -412,7 +409,6 @@ def _signed_percent(share: float) -> Cell:
 
 
 def _of_simulator(comparison: Against) -> Section:
-    """Diagnosis of the simulator's own recording."""
     return Section(
         "What the simulator has",
         "\n\n".join(

@@ -352,7 +352,6 @@ class Read:
 def with_provenance(
     report: Report, dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]
 ) -> Report:
-    """The report with its provenance as the last part."""
     return replace(report, sections=(*report.sections, provenance(dives, file, settings)))
 
 

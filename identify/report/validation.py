@@ -105,7 +105,6 @@ def _said_first(run: Run) -> tuple[str, ...]:
 
 
 def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
-    """Every axis over the whole mission, asked to move or not."""
     rows = [
         (f"{row.axis.capitalize()}, {row.phase}", *(cells.speed(value, row.unit) for value in row.values))
         for row in whole_rows(errors)
@@ -119,12 +118,10 @@ def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
 
 
 def _moved(errors: Mapping[str, TrackingErrors]) -> list[int]:
-    """The degrees of freedom that any run has errors in."""
     return [dof for dof in TRACKED_DOFS if any(run.axis(DOFS[dof]) for run in errors.values())]
 
 
 def _criteria(judged: Mapping[str, Raising]) -> Section | None:
-    """Criteria of go or no-go, one per row, with a table for each dive."""
     tables = tuple(
         Table(
             ("Criterion", "Passed", "Figure and limit"),

@@ -61,7 +61,6 @@ class Run:
 
     @property
     def compared(self) -> bool:
-        """Whether any axis has an error."""
         return any(math.isfinite(axis.overall) for axis in self.errors.axes)
 
     @property
@@ -79,7 +78,6 @@ class Validation:
     lever_m: Vector3
 
     def rows(self) -> list[Row]:
-        """The errors side by side, by axis and phase."""
         rows = tracking.compare({run.label: run.dive for run in self.runs}, self.lever_m)
         return [row for row in rows if not all(map(math.isnan, row.values))]
 
