@@ -8,7 +8,6 @@ from bench.reproduce.dives import SWAY_M_S
 from bench.reproduce.measures import Demand, Term, demand, steady_speed, turned
 from bench.reproduce.published import Published
 from bench.reproduce.run import Reproduction
-from bridge.arrays import Vector3
 from bridge.vehicle.config import VehicleFile
 from identify.dive import Dive
 from identify.report import cells
@@ -94,7 +93,7 @@ def validation(done: Reproduction) -> tuple[Comparison, ...]:
 
 
 def _axis(done: Reproduction, trial: str, name: str) -> AxisErrors:
-    errors = tracking_errors(done.dives[trial], lever(done.file)).axis(name)
+    errors = tracking_errors(done.dives[trial], done.file.vehicle.sensors.dvl_position_m).axis(name)
     assert errors is not None
     return errors
 
@@ -102,12 +101,6 @@ def _axis(done: Reproduction, trial: str, name: str) -> AxisErrors:
 def _both_axes(done: Reproduction, trial: str, name: str) -> tuple[AxisErrors, AxisErrors]:
     """Errors flown with the values of the paper's method, and with ours."""
     return _axis(done, trial, name), _axis(done, f"{trial} ours", name)
-
-
-def lever(file: VehicleFile) -> Vector3:
-    """Position of the DVL's transducer in body axes, m; zero for a vehicle without a DVL."""
-    dvl = file.vehicle.sensors.dvl
-    return (0.0, 0.0, 0.0) if dvl is None else dvl.mounting.position_m
 
 
 def table_5(done: Reproduction) -> dict[str, Dive]:

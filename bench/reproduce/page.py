@@ -9,7 +9,6 @@ from bench.reproduce.comparisons import (
     configurations,
     coupling_section,
     heave_section,
-    lever,
     table_5,
     validation,
     yaw_section,
@@ -165,7 +164,7 @@ def to_json(done: Reproduction) -> dict[str, Any]:
             "columns": ["paper", *runs],
             "rows": [
                 {"axis": row.axis, "phase": row.phase, "values": [TABLE_5[row.axis, row.phase], *row.values]}
-                for row in compare(runs, lever(done.file))
+                for row in compare(runs, done.file.vehicle.sensors.dvl_position_m)
                 if (row.axis, row.phase) in TABLE_5
             ],
         },

@@ -8,7 +8,6 @@ from bench.reproduce.comparisons import (
     SPEEDING_UP_LATE,
     Comparison,
     configurations,
-    lever,
     table_5,
 )
 from bench.reproduce.dives import Campaign
@@ -184,7 +183,7 @@ def _late_words(numbers: tuple[Comparison, ...]) -> str:
 def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
     both = done.dives["hovering both"]
     runs = table_5(done)
-    rows = compare(runs, lever(done.file))
+    rows = compare(runs, done.file.vehicle.sensors.dvl_position_m)
     shown = tuple(
         (
             f"{row.axis}, {row.phase.lower()}",

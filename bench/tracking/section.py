@@ -88,10 +88,10 @@ def truly(flown: Dived) -> Dive:
 
 
 def _phases(dive: Dive, flown: Dived) -> dict[str, dict[str, float]]:
-    dvl = flown.file.vehicle.sensors.dvl
-    measured = dive is flown.dive and dvl is not None
-    lever_m = dvl.mounting.position_m if measured and dvl is not None else (0.0, 0.0, 0.0)
-    errors = tracking_errors(dive, lever_m)
+    # The true velocity is that of the origin.
+    errors = tracking_errors(
+        dive, *([flown.file.vehicle.sensors.dvl_position_m] if dive is flown.dive else [])
+    )
     return {axis.axis: {phase: axis.phase(phase) for phase in PHASES} for axis in errors.axes}
 
 

@@ -278,10 +278,6 @@ MOST_NRMSE = 10
 """A simulation that is off by more runs away, and how far says nothing."""
 
 
-def _baseline(nrmse: float) -> Cell:
-    return f"over {MOST_NRMSE}" if nrmse > MOST_NRMSE else cells.fixed(nrmse, 2)
-
-
 def _axis_rows(shrink: Shrink) -> tuple[tuple[Cell, ...], ...]:
     return tuple(
         (
@@ -289,7 +285,7 @@ def _axis_rows(shrink: Shrink) -> tuple[tuple[Cell, ...], ...]:
             *(_rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
             cells.percent(axis.value),
             cells.joined(Form.CHANGE, cells.fixed(axis.nrmse_before, 2), cells.fixed(axis.nrmse_after, 2)),
-            _baseline(axis.nrmse_baseline),
+            f"over {MOST_NRMSE}" if axis.nrmse_baseline > MOST_NRMSE else cells.fixed(axis.nrmse_baseline, 2),
         )
         for axis in shrink.by_axis
     )

@@ -117,8 +117,7 @@ def validate(
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in map(with_reference_rates, dives)]
     parts.sort(key=lambda pair: len(Mode) if pair[0].mode is None else int(pair[0].mode))
-    dvl = file.vehicle.sensors.dvl
-    lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
+    lever_m = file.vehicle.sensors.dvl_position_m
     modes = ["" if part.mode is None else part.mode.word for part, _ in parts]
     runs = []
     for label, mode, (part, whole) in zip(

@@ -128,8 +128,7 @@ def forecast(
     mission = mission_in(part.dive)
     if mission is None:
         return without("the dive has no reference (NU_REF) that moves")
-    dvl = file.vehicle.sensors.dvl
-    flown = whole_errors(part.dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
+    flown = whole_errors(part.dive, file.vehicle.sensors.dvl_position_m)
     fed = fed_by(part.dive, file, configuration)
     values = {name: value.value for name, value in accepted.values.items()}
     try:

@@ -226,8 +226,7 @@ def go_no_go(
     thrusters = Allocator(shape, thrust_curve(file.vehicle.thrust_curve, file.path.parent))
     reach = thrusters.reach()
     driven = [dof for dof in FEEDFORWARD_DOFS if reach[dof] > NO_REACH]
-    dvl = file.vehicle.sensors.dvl
-    whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
+    whole = whole_errors(dive, file.vehicle.sensors.dvl_position_m)
     sea = sea_of(whole)
     rough = {error.axis for error in whole if sea.get(error.axis, 0.0) > MOST_UNASKED[error.unit]}
     of_axes = {DOFS[dof]: of_axis(dof, mode, dive, motion, file) for dof in driven}
