@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 WIDTH = 118
@@ -33,3 +34,8 @@ def percent(share: float) -> str:
 
 def in_a_word(met: bool) -> str:
     return "met" if met else "**missed**"
+
+
+def counted(names: Iterable[str], most: int | None = None, nothing: str = "-") -> str:
+    """How often each name occurs, the most frequent first: `tether (3), waves (1)`."""
+    return ", ".join(f"{name} ({count})" for name, count in Counter(names).most_common(most)) or nothing

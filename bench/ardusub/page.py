@@ -97,7 +97,6 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
 
 
 def _stamp_of(name: str) -> str:
-    """The stamp of the code that the figures of a case depend on."""
     if name == PLANNED:
         return stamp(*SOURCES)
     plans = set(files(*PLANS))

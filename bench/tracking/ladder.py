@@ -59,7 +59,6 @@ def page(cache: Path, seeds: Sequence[int]) -> str:
 
 
 def paper_table() -> dict[str, Any]:
-    """The gain table of the paper's PID, as `configs/gains.yaml` has it."""
     gains: dict[str, Any] = yaml.safe_load(GAINS.read_text(encoding="utf-8"))[CONFIGURATION]
     return gains
 

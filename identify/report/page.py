@@ -158,8 +158,6 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """A page: a verdict, for a reader in a hurry, and sections."""
-
     title: str
     subtitle: str
     verdict: str

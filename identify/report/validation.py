@@ -203,7 +203,6 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
 
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
-    """Errors of Table 5 as bars: a group for each phase."""
     scale, shown = error_unit(DOFS.index(axis))
     groups = [
         Group(label, tuple(scale * of_axis.phase(phase) for phase in PHASES))
@@ -222,7 +221,6 @@ def _error_title(dof: int) -> str:
 
 
 def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure | None:
-    """Errors of all dives over one another, each from the start of its reference's motion."""
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         moving_s = _moving_s(dof, dive)
