@@ -164,7 +164,7 @@ def to_json(done: Reproduction) -> dict[str, Any]:
             "columns": ["paper", *runs],
             "rows": [
                 {"axis": row.axis, "phase": row.phase, "values": [TABLE_5[row.axis, row.phase], *row.values]}
-                for row in compare(runs, done.file.vehicle.sensors.dvl_position_m)
+                for row in compare(runs)
                 if (row.axis, row.phase) in TABLE_5
             ],
         },

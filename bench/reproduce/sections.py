@@ -183,7 +183,7 @@ def _late_words(numbers: tuple[Comparison, ...]) -> str:
 def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
     both = done.dives["hovering both"]
     runs = table_5(done)
-    rows = compare(runs, done.file.vehicle.sensors.dvl_position_m)
+    rows = compare(runs)
     shown = tuple(
         (
             f"{row.axis}, {row.phase.lower()}",

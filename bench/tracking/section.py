@@ -21,7 +21,7 @@ from bridge.simulator.missions import mission_named
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
-from identify.validation.tracking import PHASES, tracking_errors
+from identify.validation.tracking import PHASES, lever_of, tracking_errors
 
 SOURCES = (reached("bench/tracking/section.py"), *PAPERS_VEHICLE)
 OTHER_SEA = 700
@@ -89,9 +89,7 @@ def truly(flown: Dived) -> Dive:
 
 def _phases(dive: Dive, flown: Dived) -> dict[str, dict[str, float]]:
     # The true velocity is that of the origin.
-    errors = tracking_errors(
-        dive, *([flown.file.vehicle.sensors.dvl_position_m] if dive is flown.dive else [])
-    )
+    errors = tracking_errors(dive, *([lever_of(flown.file)] if dive is flown.dive else []))
     return {axis.axis: {phase: axis.phase(phase) for phase in PHASES} for axis in errors.axes}
 
 

@@ -285,11 +285,6 @@ class Sensors:
         slots = (slot.name for slot in fields(self))
         return {name: device for name in slots if (device := getattr(self, name)) is not None}
 
-    @property
-    def dvl_position_m(self) -> Vector3:
-        """Position of the DVL's transducer in body axes; the origin for a vehicle without a DVL."""
-        return (0.0, 0.0, 0.0) if self.dvl is None else self.dvl.mounting.position_m
-
 
 @dataclass(frozen=True)
 class Vehicle:

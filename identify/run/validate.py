@@ -34,6 +34,7 @@ from identify.validation.tracking import (
     TRACKED_DOFS,
     Row,
     TrackingErrors,
+    lever_of,
     tracking_errors,
     with_reference_rates,
 )
@@ -78,7 +79,7 @@ class Validation:
     lever_m: Vector3
 
     def rows(self) -> list[Row]:
-        rows = tracking.compare({run.label: run.dive for run in self.runs}, self.lever_m)
+        rows = tracking.compare({run.label: run.errors for run in self.runs})
         return [row for row in rows if not all(map(math.isnan, row.values))]
 
     def to_json(self) -> list[dict[str, Any]]:
@@ -117,7 +118,7 @@ def validate(
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in map(with_reference_rates, dives)]
     parts.sort(key=lambda pair: len(Mode) if pair[0].mode is None else int(pair[0].mode))
-    lever_m = file.vehicle.sensors.dvl_position_m
+    lever_m = lever_of(file)
     modes = ["" if part.mode is None else part.mode.word for part, _ in parts]
     runs = []
     for label, mode, (part, whole) in zip(

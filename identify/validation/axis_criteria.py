@@ -18,6 +18,7 @@ from identify.validation.tracking import (
     LEAST_SLOPE,
     SHORTEST_RUN_S,
     Phases,
+    lever_of,
     phases,
     tracking_errors,
 )
@@ -91,7 +92,7 @@ def of_axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: Vehicle
 def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
     """Feed-forward alone: tracking error at a held speed and while accelerating."""
     axis = DOFS[dof]
-    tracking = tracking_errors(dive, file.vehicle.sensors.dvl_position_m).axis(axis)
+    tracking = tracking_errors(dive, lever_of(file)).axis(axis)
     assert dive.nu_ref is not None
     if tracking is None or not tracking.speeds:
         return [Criterion(axis, None, "no speed was held: nothing is known of it")]
