@@ -75,7 +75,6 @@ class Section:
 
 
 def read(text: str) -> dict[str, Section]:
-    """The sections of the document by name."""
     sections = {}
     for block in _BLOCK.finditer(text):
         older = block["text"].startswith(OLDER)

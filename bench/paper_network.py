@@ -22,7 +22,6 @@ HEAD = ("", "errors", "parameters settled at epoch", "own loss settled at epoch"
 
 
 def page(cache: Path, seed: int) -> str:
-    """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"paper_network-{stamp(*SOURCES)}.jsonl")
     return _words(kept.get(f"survey {seed}", lambda: _measured(seed, cache)))
 

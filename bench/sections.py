@@ -59,7 +59,7 @@ class Run:
 @dataclass(frozen=True)
 class Measurement:
     """A section's module, with the code that its figures depend on as its SOURCES (`bench.stamp`), and what makes its
-    page; `asked`: run only if named."""
+    page from results kept by earlier runs, measuring those that are missing; `asked`: run only if named."""
 
     module: ModuleType
     page: Callable[[Run], str]

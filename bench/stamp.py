@@ -65,7 +65,6 @@ def _digest(text: str, is_code: bool) -> bytes:
 
 
 def files(*sources: Source) -> list[Path]:
-    """All files of the sources, each once, in order."""
     return sorted({file for source in sources for file in _of_source(source)})
 
 
@@ -87,7 +86,6 @@ def _of_source(source: Source) -> Iterable[Path]:
 
 @cache
 def walked(source: Reached) -> frozenset[Path]:
-    """The files of such a source."""
     seen: set[Path] = set()
     ahead = files(*source.modules)
     while ahead:

@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections import Counter
 from collections.abc import Iterable, Sequence
 
 WIDTH = 118
@@ -13,12 +14,10 @@ def blocks(*parts: str) -> str:
 
 
 def paragraph(*sentences: str) -> str:
-    """Wrap the sentences into lines of the page."""
     return textwrap.fill(" ".join(sentences), WIDTH, break_long_words=False, break_on_hyphens=False)
 
 
 def table(head: Sequence[str], rows: Iterable[Iterable[object]]) -> str:
-    """A table, a line for each row."""
     return "\n".join([_row(head), "|---" * len(head) + "|", *map(_row, rows)])
 
 
@@ -34,5 +33,9 @@ def percent(share: float) -> str:
 
 
 def in_a_word(met: bool) -> str:
-    """Whether a goal is met, as one word."""
     return "met" if met else "**missed**"
+
+
+def counted(names: Iterable[str], most: int | None = None, nothing: str = "-") -> str:
+    """How often each name occurs, the most frequent first: `tether (3), waves (1)`."""
+    return ", ".join(f"{name} ({count})" for name, count in Counter(names).most_common(most)) or nothing

@@ -49,12 +49,10 @@ def _fits(wheel: Path, tags: frozenset[object]) -> bool:
 
 
 def holds_on(requirement: Requirement, target: Target) -> bool:
-    """Whether a requirement holds on that target."""
     return requirement.marker is None or requirement.marker.evaluate(target.environment | {"extra": ""})
 
 
 def _best(requirement: Requirement, wheels: Iterable[Path]) -> Path | None:
-    """The newest wheel that meets a requirement."""
     fitting = []
     for wheel in wheels:
         name, version, _, _ = parse_wheel_filename(wheel.name)
@@ -64,7 +62,6 @@ def _best(requirement: Requirement, wheels: Iterable[Path]) -> Path | None:
 
 
 def _requirements(wheel: Path) -> list[Requirement]:
-    """Requirements in the metadata of a wheel."""
     with zipfile.ZipFile(wheel) as archive:
         # At the top alone: a package may hold others, with metadata of their own.
         (name,) = [

@@ -80,7 +80,6 @@ class Signal:
         return Signal(self.time_s[keep], self.value[keep])
 
     def in_order(self) -> "Signal":
-        """The samples in order of their times."""
         order = np.argsort(self.time_s, kind="stable")
         return Signal(self.time_s[order], self.value[order])
 

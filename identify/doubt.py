@@ -43,7 +43,6 @@ class Doubt:
 
     @property
     def sentence(self) -> str:
-        """The problem and the remedy."""
         return f"{self.problem}: {self.remedy}" if self.remedy else self.problem
 
     @property

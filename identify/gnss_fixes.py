@@ -41,7 +41,6 @@ class FixCheck:
 
     @property
     def sentence(self) -> str:
-        """The result in a sentence for the crew."""
         if self.scale_std > 0.5:
             return (
                 f"{self.surfacings} surfacings at most {self.distance_m:.0f} m apart: too near each other to check the "

@@ -60,7 +60,6 @@ class Tried:
 
 
 def section(seeds: Sequence[int], cache: Path) -> str:
-    """The section of docs/benchmarks.md, from the results in `cache`; runs the dives that are missing there."""
     return page(measured(seeds, Remembered(cache / f"coverage-{stamp(*SOURCES)}.jsonl")))
 
 
@@ -94,12 +93,10 @@ def dive_job(configuration: str, seed: int) -> Data:
 
 
 def tried(data: Data) -> Tried:
-    """Build a dive from its JSON."""
     return Tried(**{**data, "trials": tuple(Trial(**trial) for trial in data["trials"])})
 
 
 def page(dives: Sequence[Tried]) -> str:
-    """The section of docs/benchmarks.md."""
     trials = [trial for dive in dives for trial in dive.trials]
     without = [f"{dive.configuration} {dive.seed} ({dive.outcome})" for dive in dives if not dive.trials]
     return blocks(

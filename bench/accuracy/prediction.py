@@ -145,7 +145,6 @@ ANCHOR_CM = 3.3
 
 
 def page(cache: Path, campaigns: tuple[int, ...], missions: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"prediction-{stamp(*SOURCES)}.jsonl")
     jobs = {
         f"{configuration} {seed}": partial(on_campaign, configuration, seed, cache / "dives")

@@ -35,7 +35,6 @@ class Cell:
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"thrift-{stamp(*SOURCES)}.jsonl")
     dives = cache / "dives"
     prepared = {f"dive {c} {s}": partial(_dive, c, s, dives) for c in CONFIGURATIONS for s in seeds}

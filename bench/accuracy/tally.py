@@ -58,7 +58,6 @@ class Tally:
 
 
 def tally(method: str, bounds: Iterable[Bound], trials: Iterable[Trial]) -> Tally:
-    """Evaluate a method's trials against the bounds of their missions."""
     by_seed = {trial.seed: trial for trial in trials if trial.method == method}
     cases: list[Case] = []
     refused = rightly = rashly = 0

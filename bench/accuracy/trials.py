@@ -98,7 +98,6 @@ def measured(seeds: Sequence[int], kept: Remembered) -> tuple[list[Bound], list[
 
 
 def known(results: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
-    """Bounds and trials from their JSON by key."""
     bounds, trials = [], []
     for data in results.values():
         if "least" in data:
@@ -110,7 +109,6 @@ def known(results: dict[str, Data]) -> tuple[list[Bound], list[Trial]]:
 
 
 def bound_job(seed: int) -> Data:
-    """The bound of a seed's mission, as JSON."""
     mission = draw_one(seed)
     return {
         "seed": seed, "kind": mission.kind, "duration_s": mission.dive.duration_s,

@@ -168,7 +168,6 @@ class Aboard:
         self._bridge.step()
 
     def recording(self) -> Path:
-        """End the recording, and return it."""
         self._ring.write_waiting()
         self._ring.close()
         (recording,) = self._folder.iterdir()

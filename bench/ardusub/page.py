@@ -97,7 +97,6 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
 
 
 def _stamp_of(name: str) -> str:
-    """The stamp of the code that the figures of a case depend on."""
     if name == PLANNED:
         return stamp(*SOURCES)
     plans = set(files(*PLANS))
@@ -170,7 +169,6 @@ def _sized(cause: dict[str, Any]) -> str:
 
 
 def table(results: dict[str, dict[str, Any]]) -> str:
-    """The figures of the dives as Markdown."""
     rows = []
     for name, figures in results[PLAIN].items():
         turns = name == DOFS[5]

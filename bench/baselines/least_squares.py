@@ -21,7 +21,6 @@ out better than acceleration on force."""
 def estimate(
     dive: Dive, file: VehicleFile, configuration: str, progress: Progress, cutoff_hz: float = CUTOFF_HZ
 ) -> Identification:
-    """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
     return axis_by_axis("least squares", fitted, dive, file, configuration, progress, cutoff_hz)
 
 

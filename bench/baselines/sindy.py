@@ -20,7 +20,6 @@ RIDGE = 1e-8
 
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-    """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
     return axis_by_axis(
         "PySINDy",
         lambda axis: fitted(axis, _differentiated()),

@@ -22,7 +22,6 @@ SEED = 0
 
 
 def estimate(dive: Dive, file: VehicleFile, configuration: str, progress: Progress) -> Identification:
-    """Masses and dampings of every axis that the dive pushes. Raises FitError if the thrusters push no axis."""
     with warnings.catch_warnings():
         # PySINDy warns of its own use of its axes' labels.
         warnings.simplefilter("ignore")

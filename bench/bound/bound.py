@@ -58,7 +58,6 @@ def cramer_rao(mission: Mission) -> dict[str, float]:
 
 
 def information(mission: Mission) -> Information:
-    """Compute the information that a mission's readings hold on its parameters."""
     vehicle, sensors, dive = mission.drawn, mission.sensors, mission.dive
     model = kernel.Model(
         vehicle.mass,

@@ -105,7 +105,6 @@ class Score(NamedTuple):
 
 
 def new_score() -> Score:
-    """A score without readings."""
     information = np.zeros((PARAMETERS, PARAMETERS))
     rows = np.zeros((BLOCK, PARAMETERS))
     return Score(np.zeros(1), np.zeros(PARAMETERS), information, rows, np.zeros(1, np.int64))

@@ -1,7 +1,10 @@
 """The goals of the diagnosis, each with its figure and whether it is met."""
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
+
+import numpy as np
 
 from bench.words import blocks, in_a_word, paragraph, table
 from identify.challenge.score import CLEAR, WIDE, Measure, Rate, Score
@@ -18,7 +21,6 @@ class Goal:
     percent: bool = True
 
     def row(self, score: Score) -> tuple[str, str, str]:
-        """A row of the table."""
         figure = figure_of(score, self.measure)
         if figure is None or (isinstance(figure, Rate) and not figure.of):
             return self.words, "-", "nothing to judge"
@@ -32,7 +34,6 @@ def figure_of(score: Score, measure: Measure) -> Rate | float | None:
 
 
 def figure_words(figure: Rate | float | None, percent: bool = True) -> str:
-    """A rate with its bounds, or a number."""
     if figure is None or (isinstance(figure, Rate) and not figure.of):
         return "-"
     if isinstance(figure, Rate):
@@ -41,6 +42,28 @@ def figure_words(figure: Rate | float | None, percent: bool = True) -> str:
             f"{100 * figure.share:.1f} % ({100 * low:.1f} to {100 * high:.1f}), {figure.hits} of {figure.of}"
         )
     return f"{100 * figure:.1f} %" if percent else f"{figure:.2f}"
+
+
+EACH_POINT = 30
+"""Least number of dives in a point of a power curve."""
+
+
+def by_size(
+    hits: Sequence[tuple[float, bool]], points: int, each: int = EACH_POINT
+) -> list[tuple[float, float, Rate]]:
+    """Power by size: smallest and largest size of each point, and the rate of hits.
+
+    `hits`: size of an effect, and whether it was named. Points hold equally many dives, at least `each` unless there
+    are fewer in all.
+    """
+    ordered = sorted(hits)
+    points = max(min(points, len(ordered) // each), 1)
+    parts = [[ordered[i] for i in part] for part in np.array_split(np.arange(len(ordered)), points)]
+    return [
+        (bin_sizes[0][0], bin_sizes[-1][0], Rate(sum(hit for _, hit in bin_sizes), len(bin_sizes)))
+        for bin_sizes in parts
+        if bin_sizes
+    ]
 
 
 GOALS = (
@@ -91,7 +114,6 @@ ALSO = (
 
 
 def words(score: Score) -> str:
-    """The goals, and the other figures of the score."""
     rows = [
         (what, figure_words(figure_of(score, measure), measure is not Measure.WRONG_CAUSES))
         for what, measure in ALSO

@@ -17,13 +17,11 @@ POINTS = 8
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from the results in `cache`; runs the dives that are missing there."""
     plan = planned(SHORT if short else FULL)
     return page(measured(plan, Remembered(cache / "diagnosis.jsonl"), "diagnosis"))
 
 
 def page(trials: Sequence[Trial]) -> str:
-    """The section from its trials."""
     groups = {
         group: [trial for trial in trials if trial.group == group] for group in ("one", "novel", "left out")
     }

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from bench.diagnosis import goals
 from bench.diagnosis.plan import FULL, SHORT, Planned, power_planned
-from bench.diagnosis.tables import EACH_POINT, by_size, judged
+from bench.diagnosis.tables import judged
 from bench.diagnosis.trials import trial, trial_job
 from bench.remembered import Data, Job, Remembered, pack
 from bench.stamp import CURVES, ROOT, reached, stamp
@@ -86,15 +86,15 @@ def page(rows: Sequence[Data], first: int, results: Path) -> str:
     lines = []
     for name in names:
         of_effect = [(float(row["size"]), bool(row["hit"])) for row in rows if row["effect"] == name]
-        for low, high, rate in by_size(of_effect, POINTS):
+        for low, high, rate in goals.by_size(of_effect, POINTS):
             lines.append((f"`{name}`", f"{low:.2f} to {high:.2f}", goals.figure_words(rate)))
     return blocks(
         "## Power of the diagnosis",
         paragraph(
             f"How large each effect has to be to be named: {len(rows)} dives as in the section on the diagnosis,",
             f"seeds from {first} on, {len(names)} effects each alone; those that a refit takes up whole have",
-            f"nothing to be seen by. A point holds {EACH_POINT} dives or more, or all of its effect, cut by size.",
-            f"Every row is in `{results.relative_to(ROOT)}`.",
+            f"nothing to be seen by. A point holds {goals.EACH_POINT} dives or more, or all of its effect, cut by",
+            f"size. Every row is in `{results.relative_to(ROOT)}`.",
         ),
         _over_all(rows),
         table(("effect", "size over the noise floor", "named first, or its class"), lines),

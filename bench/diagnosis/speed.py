@@ -45,7 +45,6 @@ ONE_CORE = {"OMP_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "NUMBA_NUM_THREADS":
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from the results in `cache`; times the dives that are missing there."""
     return page(measured(Remembered(cache / "diagnosis-speed.jsonl"), short))
 
 
@@ -63,7 +62,6 @@ def measured(kept: Remembered, short: bool) -> list[Data]:
 
 
 def page(results: Sequence[Data]) -> str:
-    """The section from its results."""
     all_s, both_s = [data["cores"] for data in results], [data for data in results if "one core" in data]
     median_s, slowest_s = statistics.median(all_s), max(all_s)
     ratio = statistics.median(data["one core"] / data["cores"] for data in both_s)

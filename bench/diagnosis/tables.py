@@ -6,11 +6,9 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-import numpy as np
-
-from bench.diagnosis.goals import figure_words
+from bench.diagnosis.goals import by_size, figure_words
 from bench.diagnosis.trials import Trial
-from bench.words import blocks, paragraph, table
+from bench.words import blocks, counted, paragraph, table
 from bridge.vehicle.config import load_vehicle
 from identify.challenge.answer import UNMEASURED, VECTORS, errors
 from identify.challenge.planted_effects import ABSORBED
@@ -21,32 +19,13 @@ BY_EFFECT = (
     "effect", "named first, or its class", "smallest named", "which is", "largest missed", "median magnitude error",
     "said instead",
 )  # fmt: skip
-EACH_POINT = 30
-"""Least number of dives in a point of a power curve."""
 
 
 def judged(trial: Trial) -> Judged:
     return Judged(trial.truth, trial.answer)
 
 
-def by_size(hits: Sequence[tuple[float, bool]], points: int) -> list[tuple[float, float, Rate]]:
-    """Power by size: smallest and largest size of each point, and the rate of hits.
-
-    `hits`: size over the floor, and whether the cause was named first. Points hold equally many dives, at least
-    EACH_POINT unless there are fewer in all.
-    """
-    ordered = sorted(hits)
-    points = max(min(points, len(ordered) // EACH_POINT), 1)
-    parts = [[ordered[i] for i in part] for part in np.array_split(np.arange(len(ordered)), points)]
-    return [
-        (bin_sizes[0][0], bin_sizes[-1][0], Rate(sum(hit for _, hit in bin_sizes), len(bin_sizes)))
-        for bin_sizes in parts
-        if bin_sizes
-    ]
-
-
 def pooled_power(trials: Sequence[Trial], points: int) -> str:
-    """The power curve of all effects that remain visible after a refit, together."""
     seen = [
         (float(trial.truth["size"]), judged(trial).named_first())
         for trial in trials
@@ -64,7 +43,6 @@ def pooled_power(trials: Sequence[Trial], points: int) -> str:
 
 
 def by_effect(trials: Sequence[Trial]) -> str:
-    """Table of the effects that were hidden alone."""
     rows = []
     units = _units()
     names = sorted({dive.truth["effects"][0]["name"] for dive in trials})
@@ -81,7 +59,6 @@ def by_effect(trials: Sequence[Trial]) -> str:
 
 
 def calibration(trials: Sequence[Trial]) -> str:
-    """How often causes of a stated probability were present."""
     stated = [
         (named.probability, judged(trial).right(named)) for trial in trials for named in judged(trial).named
     ]
@@ -99,7 +76,6 @@ def calibration(trials: Sequence[Trial]) -> str:
 
 
 def unknowns(trials: Sequence[Trial]) -> str:
-    """Verdicts on effects that no library has, and on effects that were left out of the library, by kind."""
     rows = []
     keys = list(dict.fromkeys((dive.group, dive.truth["effects"][0]["name"]) for dive in trials))
     for group, name in keys:
@@ -107,21 +83,18 @@ def unknowns(trials: Sequence[Trial]) -> str:
             judged(dive) for dive in trials if (dive.group, dive.truth["effects"][0]["name"]) == (group, name)
         ]
         verdicts = Counter(dive.verdict for dive in of_kind)
-        wrong = Counter(
-            dive.named[0].name for dive in of_kind if dive.named and dive.verdict not in ("unknown", "no_gap")
-        )
-        by = ", ".join(f"{named} ({count})" for named, count in wrong.most_common(3)) or "-"
+        wrong = (d.named[0].name for d in of_kind if d.named and d.verdict not in ("unknown", "no_gap"))
         title = f"`{name}`, left out" if group == "left out" else f"`{name}`"
-        rows.append((title, len(of_kind), verdicts["unknown"], by, verdicts["no_gap"]))
+        rows.append((title, len(of_kind), verdicts["unknown"], counted(wrong, 3), verdicts["no_gap"]))
     return table(("hidden", "dives", "unknown", "explained, partly or ambiguous, by", "no gap"), rows)
 
 
 def _instead(missed: Sequence[Trial]) -> str:
-    said: Counter[str] = Counter()
-    for dive in missed:
-        case = judged(dive)
-        said[case.named[0].name if case.named else case.verdict.replace("_", " ") or "refused"] += 1
-    return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
+    cases = map(judged, missed)
+    said = (
+        case.named[0].name if case.named else case.verdict.replace("_", " ") or "refused" for case in cases
+    )
+    return counted(said, 3)
 
 
 def _least(trials: Sequence[Trial], units: Mapping[tuple[str, str], str]) -> tuple[str, str]:

@@ -83,13 +83,11 @@ def effects_for(case: Case) -> tuple[Effect, ...]:
 
 
 def trial(data: Data) -> Trial:
-    """Build a trial from its JSON."""
     answer = None if data["answer"] is None else answer_of(data["answer"])
     return Trial(data["group"], data["truth"], answer, data["refusal"], data["seconds"])
 
 
 def recorded_dive(case: Case) -> Dive:
-    """The dive to diagnose."""
     return _recorded(dive_of(case), case)
 
 

@@ -25,8 +25,6 @@ SOURCES = (reached("bench/field/answers.py", "tui/commands/diagnose.py", belongs
 
 @dataclass(frozen=True)
 class Planned:
-    """One dive of a plan."""
-
     seed: int
     number: int
     effect: str

@@ -151,7 +151,6 @@ class FieldCase:
         return strength_of(self.flown(0), self.sea.std)
 
     def recording(self, which: int) -> bytes:
-        """The `.tlog` of a dive."""
         rng = np.random.default_rng([self.seed, self.number, 33, which])
         return tlog_of(
             telemetry_of(self.flown(which), self.sensors, self.filter, self.autopilot, rng),

@@ -15,13 +15,11 @@ SHORT_SEED, SHORT_COUNT = 395_000, 8
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from the results in `cache`; runs the dives that are missing there."""
     seed, count = (SHORT_SEED, SHORT_COUNT) if short else (SEED, COUNT)
     return page(cases_of(cache, seed, count, STATION), seed)
 
 
 def page(cases: list[Judged], seed: int) -> str:
-    """The section from its dives."""
     return blocks(
         "## Field dives as a ground station records them",
         paragraph(

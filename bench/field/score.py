@@ -120,7 +120,6 @@ def false_causes(cases: Sequence[Judged]) -> int:
 
 
 def magnitudes(cases: Sequence[Judged]) -> list[float]:
-    """The errors of all parameters of right causes."""
     return [error for case in cases for error in case.errors().values() if math.isfinite(error)]
 
 

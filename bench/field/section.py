@@ -7,8 +7,7 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-import numpy as np
-
+from bench.diagnosis.goals import by_size as power_by_size
 from bench.diagnosis.goals import figure_words
 from bench.field.answers import SOURCES as ANSWERED
 from bench.field.answers import Planned, planned_job
@@ -18,7 +17,7 @@ from bench.field.regressions import HORIZONS_S, NAMES
 from bench.field.score import Judged, delays_s, false_causes, judged, magnitudes, rate_also, rate_named
 from bench.remembered import Remembered
 from bench.stamp import makes_answer, reached, stamp
-from bench.words import blocks, in_a_word, paragraph, table
+from bench.words import blocks, counted, in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
 SOURCES = (*ANSWERED, reached("bench/field/section.py", belongs=makes_answer))
@@ -28,20 +27,17 @@ SHORT_SEED, SHORT_COUNT = 390_000, 16
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from the results in `cache`; runs the dives that are missing there."""
     seed, count = (SHORT_SEED, SHORT_COUNT) if short else (SEED, COUNT)
     return page(cases_of(cache, seed, count, COMPANION), seed)
 
 
 def cases_of(cache: Path, seed: int, count: int, rates: Rates) -> list[Judged]:
-    """The dives of a plan and their answers, from the results in `cache`; runs those that are missing there."""
     dives = [Planned(seed, number, effect, rates) for number, effect in enumerate(effects_of(seed, count))]
     jobs = {f"{dive.name}:{stamp(*ANSWERED)}": partial(planned_job, dive) for dive in dives}
     return [judged(data) for data in Remembered(cache / "field.jsonl").fill(jobs, "field dives").values()]
 
 
 def page(cases: Sequence[Judged], seed: int) -> str:
-    """The section from its dives."""
     return blocks(
         "## Field dives",
         _introduction(cases, seed),
@@ -91,7 +87,6 @@ BY_EFFECT = (
 
 
 def goals(cases: Sequence[Judged]) -> str:
-    """Each goal with its figure and whether it is met."""
     named, wrong, off, late = rate_named(cases), false_causes(cases), magnitudes(cases), delays_s(cases)
     within = Rate(sum(error <= SIZE_GOAL for error in off), len(off))
     punctual = Rate(sum(error <= DELAY_GOAL_S for error in late), len(late))
@@ -118,7 +113,6 @@ def _goal(words: str, figure: str, value: float, met: bool) -> tuple[str, str, s
 
 
 def further_figures(cases: Sequence[Judged]) -> str:
-    """Further figures next to the goals, in a few sentences."""
     hidden, empty = [case for case in cases if not case.empty], [case for case in cases if case.empty]
     named, also = rate_named(cases), rate_also(cases)
     half = (
@@ -145,7 +139,6 @@ def _counted(counts: Counter[str]) -> str:
 
 
 def by_effect(cases: Sequence[Judged]) -> str:
-    """Table of the power by effect."""
     rows = []
     for name in sorted({case.effect for case in cases} - {NONE}):
         group = [case for case in cases if case.effect == name]
@@ -162,34 +155,22 @@ def by_effect(cases: Sequence[Judged]) -> str:
             f"{min(case.size for case in hit):.2f}" if hit else "-",
             f"{max(case.size for case in missed):.2f}" if missed else "-",
             f"{100 * statistics.median(off):.0f} %" if off else "-",
-            _instead(missed),
+            counted((d.accepted[0].name if d.accepted else d.verdict.replace("_", " ") for d in missed), 3),
         )
         rows.append(cells)
     return table(BY_EFFECT, rows)
 
 
-def _instead(missed: Sequence[Judged]) -> str:
-    said = Counter(
-        case.accepted[0].name if case.accepted else case.verdict.replace("_", " ") for case in missed
-    )
-    return ", ".join(f"{name} ({count})" for name, count in said.most_common(3)) or "-"
-
-
 def by_size(cases: Sequence[Judged]) -> str:
-    """Table of the power by size over the sea, all effects together."""
-    hidden = sorted((case for case in cases if not case.empty), key=lambda case: case.size)
-    rows = []
-    points = max(min(POINTS, len(hidden) // EACH_POINT), 1)
-    for part in np.array_split(np.arange(len(hidden)), points):
-        bin_cases = [hidden[i] for i in part]
-        if bin_cases:
-            rate = Rate(sum(case.by_name() for case in bin_cases), len(bin_cases))
-            rows.append((f"{bin_cases[0].size:.2f} to {bin_cases[-1].size:.2f}", figure_words(rate)))
+    hidden = [case for case in cases if not case.empty]
+    named = [(case.size, case.by_name()) for case in hidden]
+    rows = [
+        (f"{a:.2f} to {b:.2f}", figure_words(rate)) for a, b, rate in power_by_size(named, POINTS, EACH_POINT)
+    ]
     return table(("size over the sea", "named (95 % bounds)"), rows)
 
 
 def wrong(cases: Sequence[Judged]) -> str:
-    """Table of the causes that were accepted and not present."""
     said, empty = (
         Counter(name for case in some for name in dict.fromkeys(cause.name for cause in case.false()))
         for some in (cases, [case for case in cases if case.empty])
@@ -201,7 +182,6 @@ def wrong(cases: Sequence[Judged]) -> str:
 
 
 def prediction(cases: Sequence[Judged]) -> str:
-    """Drift on check dives by method: medians over the dives of the rms over windows."""
     flown = [case for case in cases if case.drifts]
     heads = [
         f"{axis}, {horizon:g} s"

@@ -111,7 +111,6 @@ def _dive(
     wanted: Array,
     rng: np.random.Generator,
 ) -> tuple[kernel.Readings, kernel.Ticks]:
-    """Draw the noise and dive; return the filled readings and ticks."""
     shape, ticks = vehicle.configuration, len(wanted)
     steps = ticks * sensors.tick_steps
     keep, share, kicks = _disturbance(vehicle, steps, rng)
@@ -195,7 +194,6 @@ def _recorded(
     readings: kernel.Readings,
     ticks: kernel.Ticks,
 ) -> Dive:
-    """The dive as a recording would give it."""
     fog = None
     if sensors.fog_steps:
         fog = _signal(readings.fog, 0.5 * sensors.fog_steps, sensors.fog_steps)

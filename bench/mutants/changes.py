@@ -36,7 +36,6 @@ class Mutant:
     new: str
 
     def applied(self, source: bytes) -> bytes:
-        """The file's source with the change."""
         return source[: self.begin] + self.new.encode() + source[self.end :]
 
     def __str__(self) -> str:
@@ -63,7 +62,6 @@ def drawn(root: Path, folder: str, count: int, seed: int) -> list[Mutant]:
 
 
 def places(file: str, source: bytes) -> Iterator[tuple[Mutant, ...]]:
-    """Each place of a file that can be changed, with its changes."""
     starts = [0]
     for line in source.splitlines(keepends=True):
         starts.append(starts[-1] + len(line))

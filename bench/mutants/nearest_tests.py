@@ -52,7 +52,6 @@ def _steps(neighbours: Mapping[str, set[str]], file: str) -> dict[str, int]:
 
 @cache
 def _imports(root: Path) -> dict[str, set[str]]:
-    """The files that each file of the tree imports."""
     return {
         str(path.relative_to(root)): {
             str(file.relative_to(root)) for file in _imported(root, path) if file.is_file()

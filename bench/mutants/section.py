@@ -33,7 +33,6 @@ def section(cache: Path, short: bool) -> str:
 
 
 def page(verdicts: Sequence[Verdict], wanted: int) -> str:
-    """The section from the verdicts on the first of `wanted` drawn mutants."""
     rows = [
         _row(folder, [verdict for verdict in verdicts if verdict.mutant.file.startswith(f"{folder}/")])
         for folder in FOLDERS

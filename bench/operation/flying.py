@@ -56,7 +56,6 @@ class InTurn:
         self.took_s: list[float] = []
 
     def ask(self) -> None:
-        """Identify now."""
         began_s = self._wall_s()
         known = widths_of(*self._of)
         self.took_s.append(self._wall_s() - began_s)
@@ -165,7 +164,6 @@ def flight(
 
 
 def words(results: dict[str, Data]) -> str:
-    """The section."""
     rows, known_by = [], []
     for configuration in CONFIGURATIONS:
         data = [value for key, value in results.items() if key.startswith(f"{configuration} ")]

@@ -49,7 +49,6 @@ STEPS = ("identified", "what is to be confirmed", "written and read back")
 
 
 def page(cache: Path, seed: int) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"station-{stamp(*SOURCES)}.jsonl")
     campaign = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     dive_s = float(campaign.time_s[-1])
@@ -153,7 +152,6 @@ def _running(words: Sequence[str], folder: Path) -> "Iterator[subprocess.Popen[b
 
 
 def words_of(timed: Data, dive_s: float) -> str:
-    """The section."""
     whole_s, keys = timed["reached"][-1], timed["keys"]
     verdict = "met" if whole_s <= GOAL_S and keys <= GOAL_KEYS else "missed"
     rows = [(name, f"{seconds:.1f}") for name, seconds in zip(STEPS, timed["reached"], strict=True)]

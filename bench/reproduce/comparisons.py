@@ -8,12 +8,10 @@ from bench.reproduce.dives import SWAY_M_S
 from bench.reproduce.measures import Demand, Term, demand, steady_speed, turned
 from bench.reproduce.published import Published
 from bench.reproduce.run import Reproduction
-from bridge.arrays import Vector3
 from bridge.vehicle.config import VehicleFile
-from identify.dive import Dive
 from identify.report import cells
 from identify.report.page import Section, Table
-from identify.validation.tracking import AxisErrors, tracking_errors
+from identify.validation.tracking import AxisErrors, TrackingErrors, lever_of, tracking_errors
 from identify.words import MISSING, fixed, significant, unit, with_interval
 
 APART_STEADY, APART_TURNING = "mean |PID − feed-forward|, steady", "mean |PID − feed-forward|, on the ramp"
@@ -94,7 +92,7 @@ def validation(done: Reproduction) -> tuple[Comparison, ...]:
 
 
 def _axis(done: Reproduction, trial: str, name: str) -> AxisErrors:
-    errors = tracking_errors(done.dives[trial], lever(done.file)).axis(name)
+    errors = tracking_errors(done.dives[trial], lever_of(done.file)).axis(name)
     assert errors is not None
     return errors
 
@@ -104,21 +102,16 @@ def _both_axes(done: Reproduction, trial: str, name: str) -> tuple[AxisErrors, A
     return _axis(done, trial, name), _axis(done, f"{trial} ours", name)
 
 
-def lever(file: VehicleFile) -> Vector3:
-    """Position of the DVL's transducer in body axes, m; zero for a vehicle without a DVL."""
-    dvl = file.vehicle.sensors.dvl
-    return (0.0, 0.0, 0.0) if dvl is None else dvl.mounting.position_m
-
-
-def table_5(done: Reproduction) -> dict[str, Dive]:
-    """Hovering dives by controller and coefficients, in the order of the table."""
-    return {
-        "Both, its": done.dives["hovering both"],
-        "Both, ours": done.dives["hovering both ours"],
-        "PID": done.dives["hovering PID"],
-        "FF, its": done.dives["hovering alone"],
-        "FF, ours": done.dives["hovering alone ours"],
+def table_5(done: Reproduction) -> dict[str, TrackingErrors]:
+    """Errors of the hovering dives by controller and coefficients, in the order of the table."""
+    trials = {
+        "Both, its": "hovering both",
+        "Both, ours": "hovering both ours",
+        "PID": "hovering PID",
+        "FF, its": "hovering alone",
+        "FF, ours": "hovering alone ours",
     }
+    return {name: tracking_errors(done.dives[trial], lever_of(done.file)) for name, trial in trials.items()}
 
 
 def configurations(done: Reproduction) -> tuple[tuple[Ratio, ...], Demand, Demand]:
@@ -178,7 +171,6 @@ TURNS = {
 
 
 def heave_section(done: Reproduction) -> Section:
-    """Heave, identified from the two changes of depth of each campaign."""
     rows = []
     for name, campaign in done.campaigns.items():
         for coefficient in HEAVE:
@@ -208,7 +200,6 @@ def heave_section(done: Reproduction) -> Section:
 
 
 def yaw_section(done: Reproduction) -> Section:
-    """Yaw inertia: identified, and used in the feed-forward."""
     runs = {label: turned(done.dives[trial]) for label, trial in TURNS.items()}
     rows = tuple(
         (
@@ -247,7 +238,6 @@ def yaw_section(done: Reproduction) -> Section:
 
 
 def coupling_section(terms: tuple[Term, ...]) -> Section:
-    """Off-diagonal terms of the mass and damping matrices."""
     off = [term for term in terms if not term.diagonal]
     rows = tuple(
         (

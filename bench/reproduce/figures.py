@@ -20,7 +20,6 @@ WRENCHES = {0: "surge force X, N", 1: "sway force Y, N", 5: "yaw moment N, N m"}
 
 
 def training(campaign: Campaign, name: str, caption: str) -> Figure:
-    """Training curve of each parameter, with the minimum of the loss and the simulated vehicle's true value."""
     curves = campaign.curves
     epochs = np.arange(len(curves.values), dtype=np.float64)
     ends = epochs[[0, -1]]
@@ -43,7 +42,6 @@ def surge_or_sway(dive: Dive, dof: int, name: str, caption: str) -> Figure:
 
 
 def phases_apart(dive: Dive, transient_s: float, name: str, caption: str) -> Figure:
-    """Surge speed while speeding up and once steady, side by side."""
     begun_s, ended_s = span(dive, 0)
     middle_s = begun_s + transient_s
     panels = []
@@ -54,7 +52,6 @@ def phases_apart(dive: Dive, transient_s: float, name: str, caption: str) -> Fig
 
 
 def turning(dive: Dive, name: str, caption: str) -> Figure:
-    """Yaw moments above, headings below."""
     start_s = dive.span_s[0]
     measured, wanted = (_degrees(signal) for signal in heading(dive))
     lines = [
@@ -65,7 +62,6 @@ def turning(dive: Dive, name: str, caption: str) -> Figure:
 
 
 def heading_errors(dives: Mapping[str, Dive], name: str, caption: str) -> Figure:
-    """Reference minus measured heading of several turns, one line per turn."""
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         measured, wanted = heading(dive)

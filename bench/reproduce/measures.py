@@ -60,7 +60,6 @@ def span(dive: Dive, dof: int) -> tuple[float, float]:
 
 
 def turned(dive: Dive) -> Turn:
-    """Measure how the dive's single turn was followed."""
     measured, wanted = heading(dive)
     assert dive.nu_ref is not None
     time_s = dive.nu_ref.time_s

@@ -9,7 +9,6 @@ from bench.reproduce.comparisons import (
     configurations,
     coupling_section,
     heave_section,
-    lever,
     table_5,
     validation,
     yaw_section,
@@ -31,7 +30,6 @@ LABELS = tuple(
 
 
 def report(done: Reproduction) -> Report:
-    """Build the page."""
     shapes = done.file.vehicle.configurations
     survey, hovering = done.campaigns["survey"], done.campaigns["hovering"]
     numbers = validation(done)
@@ -58,7 +56,6 @@ def report(done: Reproduction) -> Report:
 
 
 def verdict(done: Reproduction) -> str:
-    """Summarise the result in one paragraph for a reader in a hurry."""
     campaigns = done.campaigns.values()
     misfits = len(points(done.file.vehicle.configurations["survey"].dry_mass_kg))
     low, high = _range(
@@ -95,7 +92,6 @@ def _range(values: list[float]) -> tuple[str, str]:
 
 
 def about_section(done: Reproduction) -> Section:
-    """Method, and the choices made where the paper is silent."""
     options, shape = done.options, done.file.vehicle.configurations["survey"]
     paper_size = (options.hidden, options.depth) == (PAPER.hidden, PAPER.depth)
     size = (
@@ -122,7 +118,6 @@ def about_section(done: Reproduction) -> Section:
 
 
 def misfit_section(misfits: tuple[Point, ...]) -> Section:
-    """Contradictions in the paper's numbers, one table per point."""
     return Section(
         "Where the numbers do not fit",
         "The arithmetic is made by the code from the paper's own figures. A point here is a question to the "
@@ -138,13 +133,11 @@ def misfit_section(misfits: tuple[Point, ...]) -> Section:
 
 
 def fit_section() -> Section:
-    """Checks in which the paper's numbers agree."""
     rows = tuple((check.what, check.stated, check.computed) for check in checks())
     return Section("Where they fit", "", (Table(("Number", "As printed", "From its other numbers"), rows),))
 
 
 def to_json(done: Reproduction) -> dict[str, Any]:
-    """Return all numbers of the page as JSON data."""
     ratios, before, after = configurations(done)
     shape = done.file.vehicle.configurations["survey"]
     runs = table_5(done)
@@ -171,7 +164,7 @@ def to_json(done: Reproduction) -> dict[str, Any]:
             "columns": ["paper", *runs],
             "rows": [
                 {"axis": row.axis, "phase": row.phase, "values": [TABLE_5[row.axis, row.phase], *row.values]}
-                for row in compare(runs, lever(done.file))
+                for row in compare(runs)
                 if (row.axis, row.phase) in TABLE_5
             ],
         },

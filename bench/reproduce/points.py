@@ -106,7 +106,6 @@ class Check:
 
 
 def points(dry_mass_kg: float) -> tuple[Point, ...]:
-    """Return all contradictions, in the order of the page."""
     return (added_or_total(dry_mass_kg), *(point() for point in POINTS))
 
 
@@ -135,7 +134,6 @@ def added_or_total(dry_mass_kg: float) -> Point:
 
 
 def yaw_inertia() -> Point:
-    """Yaw inertia: Algorithm 1 returns I_r, the tables omit it, and the lag in Fig. 14 gives its range."""
     damping, lag_s, delay_s = paper.TABLE_3["D_r"].value, paper.HEADING_LAG.value, paper.SURGE_DELAY.value
     most, least = lag_s * damping, (lag_s - delay_s) * damping
     return Point(
@@ -150,7 +148,6 @@ def yaw_inertia() -> Point:
 
 
 def overshoot() -> Point:
-    """Missing inertia causes a lag, not an overshoot."""
     return Point(
         "Overshoot of the heading",
         "Section 4 explains the overshoot in Fig. 14, like the lag, by the inertia that eq. 16 leaves out, "
@@ -166,7 +163,6 @@ def overshoot() -> Point:
 
 
 def measured_velocity() -> Point:
-    """Section 3.3 (measured velocities) contradicts eqs 14 to 16 (references)."""
     return Point(
         "Measured or desired velocity",
         "Section 3.3 says that v_d of eqs 14 and 15 comes from the DVL, and its derivative and the yaw rate "
@@ -180,7 +176,6 @@ def measured_velocity() -> Point:
 
 
 def units_of_the_abstract() -> Point:
-    """The abstract's error bounds: a moment given in N, and a speed bound that is too wide for sway."""
     surge, sway = paper.HOVERING_STEADY.value, paper.SWAY_STEADY.value
     ratio = paper.ABSTRACT_SPEED.value / sway
     return Point(
@@ -197,7 +192,6 @@ def units_of_the_abstract() -> Point:
 
 
 def shadow_in_surge() -> Point:
-    """2.40 N between PID and feed-forward in surge, as a share of the force and as a speed offset."""
     damping, speed, apart_n = paper.TABLE_3["D_u"].value, paper.TOP_SPEED.value, paper.SHADOW_SURGE.value
     force, off, alone = damping * speed, apart_n / damping, paper.SURVEY_STEADY.value
     return Point(
@@ -213,7 +207,6 @@ def shadow_in_surge() -> Point:
 
 
 def shadow_in_yaw() -> Point:
-    """1.7 N m between PID and feed-forward in yaw, as a share of the moment at several turn angles."""
     damping, lasts_s, apart_nm = paper.TABLE_3["D_r"].value, paper.RAMP.value, paper.SHADOW_YAW.value
     moments = {angle: damping * math.radians(angle) / lasts_s for angle in (90, 180, 360)}
     shares = ", ".join(
@@ -233,7 +226,6 @@ def shadow_in_yaw() -> Point:
 
 
 def distance() -> Point:
-    """The survey's distance: four laps in 1 050 s."""
     samples, rate_hz, stated_m = (
         number.value for number in (paper.SURVEY_SAMPLES, paper.SAMPLE_HZ, paper.SURVEY_DISTANCE)
     )
@@ -254,7 +246,6 @@ def distance() -> Point:
 
 
 def power() -> Point:
-    """Eq. 17's thrust rise of 60 % against the measured power rise of 55 %."""
     thrust, rise, speed = paper.THRUST_RATIO.value, paper.POWER_RISE.value, paper.POWER_SPEED.value
     each_n, along = (
         paper.TABLE_3["D_u"].value * speed / PROPELLERS,
@@ -279,7 +270,6 @@ def power() -> Point:
 
 
 def pid_in_both() -> Point:
-    """PID efforts of Fig. 17 against the steady errors of Figs 15 and 16."""
     target, settled, surge_off = (
         number.value for number in (paper.HOVERING_TARGET, paper.HOVERING_SETTLED, paper.HOVERING_STEADY)
     )
@@ -304,7 +294,6 @@ def pid_in_both() -> Point:
 
 
 def loss_without_network() -> Point:
-    """The network shares no term of the loss with the parameters."""
     weights = lstm_weights(
         paper.INPUTS, paper.LSTM_HIDDEN, paper.LSTM_DEPTH, head=paper.HEAD, outputs=paper.OUTPUTS
     )
@@ -322,7 +311,6 @@ def loss_without_network() -> Point:
 
 
 def slips() -> Point:
-    """Misprints that could mislead a reader of the numbers."""
     return Point(
         "Slips that touch the numbers",
         "Section 4 calls the 24.40 kg and 39.60 kg D_u, the caption of Fig. 9 speaks of the survey "
@@ -349,7 +337,6 @@ POINTS: tuple[Callable[[], Point], ...] = (
 
 
 def checks() -> tuple[Check, ...]:
-    """Return the checks in which the paper's numbers agree."""
     x_survey, x_hovering = paper.TABLE_3["X_udot"].value, paper.TABLE_4["X_udot"].value
     d_survey, d_hovering = paper.TABLE_3["D_u"].value, paper.TABLE_4["D_u"].value
     most_m = longest_distance(paper.HOVERING_SAMPLES.value, paper.SAMPLE_HZ.value, paper.HOVERING_SPEEDS_M_S)

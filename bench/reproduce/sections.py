@@ -8,7 +8,6 @@ from bench.reproduce.comparisons import (
     SPEEDING_UP_LATE,
     Comparison,
     configurations,
-    lever,
     table_5,
 )
 from bench.reproduce.dives import Campaign
@@ -34,7 +33,6 @@ ROWS = {"X_udot": "M_u", "Y_vdot": "M_v", "I_r": "I_r", "D_u": "D_u", "D_v": "D_
 
 
 def campaign_section(campaign: Campaign, shape: Configuration) -> Section:
-    """Table 3 or 4, the path, and the training curves."""
     table, path, curves = PLACES[campaign.configuration]
     epochs = len(campaign.curves.values) - 1
     drawn = [
@@ -73,7 +71,6 @@ def _unended(campaign: Campaign) -> str:
 
 
 def parameter_table(campaign: Campaign, shape: Configuration, table: str) -> Table:
-    """Parameters as the paper prints them, as the simulated vehicle has them, and as each method identified them."""
     published = PARAMETERS[campaign.configuration]
     by_paper = campaign.paper.values()
     rows = []
@@ -111,7 +108,6 @@ def parameter_table(campaign: Campaign, shape: Configuration, table: str) -> Tab
 
 
 def shadow_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
-    """Figs 10 and 11."""
     return Section(
         "Feed-forward computed, PID steers: Figs 10 and 11",
         "The turn is half a circle in the 15 s of Fig. 11 (the paper does not give its angle), with the "
@@ -134,7 +130,6 @@ def shadow_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Secti
 
 
 def alone_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
-    """Figs 12 to 16."""
     surge, hovering = done.dives["surge alone"], done.dives["hovering alone"]
     return Section(
         "Feed-forward alone: Figs 12 to 16",
@@ -186,10 +181,9 @@ def _late_words(numbers: tuple[Comparison, ...]) -> str:
 
 
 def both_section(done: Reproduction, numbers: tuple[Comparison, ...]) -> Section:
-    """Fig. 17 and Table 5."""
     both = done.dives["hovering both"]
     runs = table_5(done)
-    rows = compare(runs, lever(done.file))
+    rows = compare(runs)
     shown = tuple(
         (
             f"{row.axis}, {row.phase.lower()}",
@@ -239,7 +233,6 @@ def _fixed(value: float, unit_text: str) -> Cell:
 
 
 def configuration_section(done: Reproduction) -> Section:
-    """Eq. 17."""
     ratios, before, after = configurations(done)
     rows = tuple(
         (

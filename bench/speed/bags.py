@@ -36,7 +36,6 @@ pwm: {columns: [/thrusters.data.0, /thrusters.data.1, /thrusters.data.2, /thrust
 
 
 def page(cache: Path) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"bags-{stamp(*SOURCES)}.jsonl")
     return words_of({form: kept.get(form, lambda form=form: measured(form, cache)) for form in FORMS})
 
@@ -134,7 +133,6 @@ def _messages(store: Any, seconds: int) -> Iterator[tuple[str, str, int, Any]]:
 
 
 def words_of(by_form: dict[str, Data]) -> str:
-    """The section."""
     messages = next(iter(by_form.values()))["messages"]
     ratios, rows = [], []
     for form, data in by_form.items():

@@ -38,7 +38,6 @@ REPEATS = 3
 
 
 def page(cache: Path, seed: int) -> str:
-    """The section of docs/benchmarks.md; results of an earlier run are read from `cache`."""
     kept = Remembered(cache / f"speed-{stamp(*SOURCES)}.jsonl")
     survey = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives")
     timed = kept.get(f"{seed}", lambda: measured(survey))
@@ -89,7 +88,6 @@ def _command(log: Path) -> None:
 
 
 def words_of(timed: Data) -> str:
-    """The section."""
     read_s, epoch_s = timed["read"], timed["epoch"]
     epochs, fewest = (most(timed["settled"], timed["loss settled"]) for most in (max, min))
     whole_s = epoch_s * epochs
@@ -143,7 +141,6 @@ def words_of(timed: Data) -> str:
 
 
 def _timed(work: Callable[[], Any]) -> tuple[float, Any]:
-    """Seconds that `work` takes, and its result."""
     begun = time.perf_counter()
     result = work()
     return time.perf_counter() - begun, result

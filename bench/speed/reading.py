@@ -37,7 +37,6 @@ OURS, CAREFUL, THEIRS = (
 
 
 def page(cache: Path, seed: int) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"reading-{stamp(*SOURCES)}.jsonl")
     log = dived(CONFIGURATION, CONFIGURATION, seed, cache / "dives").dive.source
     campaign = kept.get(f"{CONFIGURATION} {seed}", lambda: measured(log))
@@ -116,7 +115,6 @@ def words_of(timed: Data) -> str:
 
 
 def hour_words(timed: Data) -> str:
-    """Sentences on opening the recording of an hour."""
     ours_s, theirs_s = timed["seconds"][OURS], timed["seconds"][THEIRS]
     return paragraph(
         f"The recording of an hour, {timed['messages'][OURS]} messages in {timed['bytes'] / 1e6:.1f} MB, opens in",

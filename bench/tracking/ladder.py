@@ -50,7 +50,6 @@ class Pid:
 
 
 def page(cache: Path, seeds: Sequence[int]) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"ladder-{stamp(*SOURCES)}.jsonl")
     seen = kept.fill({f"tuned {seeds[0]}": partial(_tuned, seeds[0])}, "tuning")[f"tuned {seeds[0]}"]
     tuned = Pid(seen["proportional"], seen["integral"], seen["straight_below_n"])
@@ -60,7 +59,6 @@ def page(cache: Path, seeds: Sequence[int]) -> str:
 
 
 def paper_table() -> dict[str, Any]:
-    """The gain table of the paper's PID, as `configs/gains.yaml` has it."""
     gains: dict[str, Any] = yaml.safe_load(GAINS.read_text(encoding="utf-8"))[CONFIGURATION]
     return gains
 
@@ -126,7 +124,6 @@ def _errors(pid: Pid, mode: Mode, model: Mapping[str, float], seed: int) -> dict
 
 
 def shown(tuned: Pid, flights: Sequence[Data]) -> tuple[str, str]:
-    """The section's words and table."""
     rows = []
     for name in _pids(tuned):
         cells = []

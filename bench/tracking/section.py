@@ -21,7 +21,7 @@ from bridge.simulator.missions import mission_named
 from bridge.vehicle.mode import Mode
 from identify.dive import Dive, Signal
 from identify.estimators.table import DEFAULT
-from identify.validation.tracking import PHASES, tracking_errors
+from identify.validation.tracking import PHASES, lever_of, tracking_errors
 
 SOURCES = (reached("bench/tracking/section.py"), *PAPERS_VEHICLE)
 OTHER_SEA = 700
@@ -36,7 +36,6 @@ PAPER_TABLE_5 = {
 
 
 def page(cache: Path, seeds: tuple[int, ...]) -> str:
-    """The section of docs/benchmarks.md; earlier results are read from `cache`."""
     kept = Remembered(cache / f"tracking-{stamp(*SOURCES)}.jsonl")
     jobs = {
         f"{configuration} {seed}": partial(flights, configuration, seed, cache / "dives")
@@ -89,10 +88,8 @@ def truly(flown: Dived) -> Dive:
 
 
 def _phases(dive: Dive, flown: Dived) -> dict[str, dict[str, float]]:
-    dvl = flown.file.vehicle.sensors.dvl
-    measured = dive is flown.dive and dvl is not None
-    lever_m = dvl.mounting.position_m if measured and dvl is not None else (0.0, 0.0, 0.0)
-    errors = tracking_errors(dive, lever_m)
+    # The true velocity is that of the origin.
+    errors = tracking_errors(dive, *([lever_of(flown.file)] if dive is flown.dive else []))
     return {axis.axis: {phase: axis.phase(phase) for phase in PHASES} for axis in errors.axes}
 
 

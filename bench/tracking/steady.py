@@ -91,7 +91,6 @@ def held(configuration: str, flights: Sequence[tuple[Legs, Legs]]) -> list[Held]
 
 
 def size(errors: Array) -> float:
-    """The mean absolute error."""
     return float(np.abs(errors).mean())
 
 
@@ -101,7 +100,6 @@ def standard_error(errors: Array) -> float:
 
 
 def words(speeds: Sequence[Held], seeds: int) -> str:
-    """The page's part on the steady error."""
     text = paragraph(
         f"Feed-forward alone, parameters by `{DEFAULT}` from the campaign before, {seeds} seeds: true velocity less",
         f"wanted velocity over each leg that holds a speed, from {SETTLE_S:g} s after reaching it, in mm/s (yaw:",

@@ -88,7 +88,6 @@ class Factor:
 
     @property
     def signal(self) -> int:
-        """Number of its signal."""
         return BEGINS[self.sort][0] + self.axis
 
 

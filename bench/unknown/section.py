@@ -1,9 +1,9 @@
 """The section of docs/benchmarks.md: forces drawn from a grammar, and whether they are called unknown."""
 
-from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
+from operator import attrgetter
 from pathlib import Path
 
 from bench.diagnosis.goals import figure_words
@@ -12,7 +12,7 @@ from bench.stamp import CURVES, reached, stamp
 from bench.unknown.planted import LEAST_LEFT, MOST_LIKE, MULTIPLES
 from bench.unknown.trials import KNOWN as KNOWN_EFFECTS
 from bench.unknown.trials import Judged, judged, known_job, unknown_job
-from bench.words import blocks, in_a_word, paragraph, table
+from bench.words import blocks, counted, in_a_word, paragraph, table
 from identify.challenge.score import Rate
 
 ANSWERS = (reached("bench/unknown/trials.py"), CURVES)
@@ -26,7 +26,6 @@ tuned on the draws. The short form, which anyone may look at, uses seeds of deve
 
 
 def section(cache: Path, short: bool) -> str:
-    """The section, from the results in `cache`; runs the dives that are missing there."""
     first, other, count = (SHORT_DRAWN, SHORT_KNOWN, SHORT_COUNT) if short else (DRAWN, KNOWN, COUNT)
     kept, code = Remembered(cache / "unknown.jsonl"), stamp(*ANSWERS)
     drawn_jobs = {f"drawn {first + i}:{code}": partial(unknown_job, first + i) for i in range(count)}
@@ -40,7 +39,6 @@ def section(cache: Path, short: bool) -> str:
 
 
 def page(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
-    """The section from its dives."""
     return blocks(
         "## Unknown forces, drawn by a grammar",
         _introduction(drawn, known),
@@ -77,8 +75,7 @@ DRIFTS = (1.5, 2.5, 4.0, 6.6)
 
 
 def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
-    """Table of the goals, and of the other outcomes."""
-    called, wrong = _rate(drawn, _called_unknown), _rate(known, lambda dive: dive.verdict == "unknown")
+    called, wrong = _rate(drawn, attrgetter("called")), _rate(known, lambda dive: dive.verdict == "unknown")
     by_name = [dive for dive in drawn if dive.verdict == "unknown"]
     judged_by = (
         ("unknown called so: 85 %", called, called.share >= LEAST_CALLED),
@@ -105,7 +102,6 @@ def goals(drawn: Sequence[Judged], known: Sequence[Judged]) -> str:
 
 
 def by_part(drawn: Sequence[Judged]) -> str:
-    """A row for each word of the grammar, each degree of freedom, hull, and range of drift."""
     rows = []
     for part in dict.fromkeys(part for dive in drawn for part in dive.parts):
         for word in sorted({dive.parts[part] for dive in drawn}):
@@ -122,30 +118,19 @@ def by_part(drawn: Sequence[Judged]) -> str:
 
 
 def misnamed(drawn: Sequence[Judged]) -> str:
-    """The causes that were said to explain a drawn force."""
-    said = _counted(name for dive in drawn if _called_by_a_cause(dive) for name in dive.causes)
-    return paragraph(f"Known causes told instead of an unknown one: {said}.")
+    said = (f"`{name}`" for dive in drawn if _called_by_a_cause(dive) for name in dive.causes)
+    return paragraph(f"Known causes told instead of an unknown one: {counted(said, nothing='none')}.")
 
 
 def mistaken(known: Sequence[Judged]) -> str:
-    """The effects that were called unknown."""
-    return paragraph(
-        f"Known effects called unknown: {_counted(dive.hidden for dive in known if dive.verdict == 'unknown')}."
-    )
-
-
-def _counted(names: Iterable[str]) -> str:
-    return ", ".join(f"`{name}` ({count})" for name, count in Counter(names).most_common()) or "none"
+    hidden = (f"`{dive.hidden}`" for dive in known if dive.verdict == "unknown")
+    return paragraph(f"Known effects called unknown: {counted(hidden, nothing='none')}.")
 
 
 def _row(part: str, word: str, dives: Sequence[Judged]) -> tuple[object, ...]:
     no_gap = sum(dive.verdict == "no_gap" for dive in dives)
-    called, by_cause = (_rate(dives, counts) for counts in (_called_unknown, _called_by_a_cause))
+    called, by_cause = (_rate(dives, counts) for counts in (attrgetter("called"), _called_by_a_cause))
     return part, word, len(dives), f"{100 * called.share:.0f} %", by_cause.hits, no_gap
-
-
-def _called_unknown(dive: Judged) -> bool:
-    return dive.called
 
 
 def _called_by_a_cause(dive: Judged) -> bool:

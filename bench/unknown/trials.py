@@ -84,7 +84,6 @@ def _diagnosed(case: Case) -> Data:
 
 
 def judged(data: Data) -> Judged:
-    """Build a dive from its JSON."""
     answer: dict[str, Any] = data["answer"]
     likely = [effect["name"] for effect in answer["effects"] if (effect["probability"] or 0.0) >= LIKELY]
     return Judged(

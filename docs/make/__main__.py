@@ -14,7 +14,6 @@ REFERENCE = Path(__file__).resolve().parents[1] / "reference"
 
 
 def pages() -> dict[str, str]:
-    """Every page of the reference by its name, as the code makes it now."""
     return {name: make() for name, make in PAGES.items()}
 
 

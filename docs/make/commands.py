@@ -9,7 +9,6 @@ from tui import cli
 
 
 def page() -> str:
-    """The whole page."""
     verbs = "".join(_verb(verb) for verb in cli.VERBS)
     codes = table(("code", "meaning"), ((str(code), words) for code, words in exit_codes.MEANINGS.items()))
     return (

@@ -18,7 +18,6 @@ HEAD = ("parameter", "unit", "least", "most", "absent at", "told as")
 
 
 def page() -> str:
-    """The whole page."""
     file = load_vehicle(EXAMPLE)
     assert file.configuration is not None
     effects = library(file.vehicle.configurations[file.configuration], file.vehicle.thrust_curve.lag_s)

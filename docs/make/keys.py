@@ -10,7 +10,6 @@ HEAD = ("keys", "action", "what it does")
 
 
 def page() -> str:
-    """The whole page."""
     known = {action.id for action in (*EVERYWHERE, *OPENING)}
     known |= {action.id for row in SCREENS for action in row.actions}
     others = [action for place in PLACES for action in place if action.id not in known]

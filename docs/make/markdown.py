@@ -12,7 +12,6 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def code(text: str) -> str:
-    """Words as they are typed."""
     return f"`{text}`" if text else ""
 
 

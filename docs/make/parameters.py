@@ -1,6 +1,6 @@
 """docs/reference/parameters.md: the parameters that a vehicle holds, with units and bounds."""
 
-from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, DOFS, effect_coefficients
+from bridge.vehicle.coefficients import ADDED_MASS_NAMES, COEFFICIENTS, DOFS, Coefficient, effect_coefficients
 from bridge.vehicle.config import MOST_VEH_CFG, load_vehicle
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.parameters import ACTIVE, COMMIT, MODE, VERSION, bounds
@@ -11,31 +11,11 @@ HEAD = ("parameter", "symbol", "unit", "what it is", "least", "most")
 
 
 def page() -> str:
-    """The whole page."""
     file = load_vehicle(EXAMPLE)
     assert file.configuration is not None
     shape = file.vehicle.configurations[file.configuration]
-    nominal = (
-        (
-            code(f"FFn_{coefficient.name.upper()}"),
-            coefficient.symbol,
-            coefficient.unit,
-            coefficient.sentence,
-            *map(number, bounds(coefficient, shape)),
-        )
-        for coefficient in COEFFICIENTS
-    )
-    effects = (
-        (
-            code(f"FFn_{coefficient.name.upper()}"),
-            coefficient.name,
-            coefficient.unit,
-            coefficient.sentence,
-            number(coefficient.low),
-            number(coefficient.high),
-        )
-        for coefficient in effect_coefficients(shape)
-    )
+    nominal = (_row(each, each.symbol, *bounds(each, shape)) for each in COEFFICIENTS)
+    effects = (_row(each, each.name, each.low, each.high) for each in effect_coefficients(shape))
     modes = ", ".join(f"{mode.value} {mode.word}" for mode in Mode)
     switches = (
         (code(MODE), f"what the feed-forward does: {modes}"),
@@ -72,3 +52,8 @@ and says so.
 `identify` tells these beside the totals; no vehicle takes them as parameters.
 
 {table(("name", "what it is"), added)}"""
+
+
+def _row(coefficient: Coefficient, symbol: str, low: float, high: float) -> tuple[str, ...]:
+    parameter = code(f"FFn_{coefficient.name.upper()}")
+    return parameter, symbol, coefficient.unit, coefficient.sentence, number(low), number(high)

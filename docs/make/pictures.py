@@ -142,12 +142,10 @@ def at(telemetry: Path, seconds: float) -> View:
 
 
 def seatrial(*words: str) -> None:
-    """Run a verb here, which writes its answer to the disk."""
     subprocess.run([sys.executable, "-m", "tui", *words], check=True, stdout=subprocess.DEVNULL)
 
 
 def simulate(mission: str, *words: str) -> tuple[str, ...]:
-    """The words of a simulation."""
     return ("simulate", "--vehicle", VEHICLE, "--mission", mission, *words)
 
 
@@ -205,8 +203,6 @@ def dives() -> tuple[Path, Path]:
 
 
 def drawn(picture: Picture, views: Views) -> str:
-    """The screen as SVG."""
-
     async def work() -> str:
         chosen = min(Path().glob(picture.dive)) if picture.dive else None
         out = Path("dives") if chosen is None else chosen.parent

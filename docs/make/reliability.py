@@ -39,7 +39,6 @@ class Promise:
 
 
 def promises() -> list[Promise]:
-    """All of them, in the page's order."""
     return sorted(
         (promise_of(path) for path in FOLDER.glob("*.yaml")),
         key=lambda promise: (promise.order, promise.name),
@@ -47,7 +46,6 @@ def promises() -> list[Promise]:
 
 
 def promise_of(path: Path) -> Promise:
-    """A promise by its file."""
     written = yaml.safe_load(path.read_text(encoding="utf-8"))
     figure = path.with_suffix(".json")
     measured = _measured(json.loads(figure.read_text(encoding="utf-8"))) if figure.exists() else ""
@@ -62,7 +60,6 @@ def _measured(figure: dict[str, str]) -> str:
 
 
 def page() -> str:
-    """The page as the files make it now."""
     rows = [
         (
             promise.promise,

@@ -89,7 +89,6 @@ def groups_of(runs: Sequence[Recorded], size: int) -> Iterator[tuple[str, list[R
 
 
 def words_of(judged: Judged) -> str:
-    """An answer in a few words."""
     if judged.finding is None:
         return judged.verdict
     values = [
@@ -170,10 +169,10 @@ def our_answers(
     return usual.count, ours
 
 
-def splits(folder: Path, count: int, group: int = GROUP, most: int | None = None) -> str:
+def splits(folder: Path, count: int, group: int = GROUP) -> str:
     """The share of right answers by each of `count` hashes, in both halves, and the wrong answers by kind."""
     file = load_vehicle(str(HERE / "haizhe.yaml"))
-    every = list(recorded(folder, file, most))
+    every = list(recorded(folder, file))
     shares, lines = list[float](), list[str]()
     wrong, of_kind = Counter[str](), Counter[str]()
     for number in range(count):

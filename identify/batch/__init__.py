@@ -3,6 +3,6 @@ and trends over all.
 
 `recordings` the recordings that the command line means · `jobs` and their results, with the `code_version` that made
 them · `dive_jobs` a job with a dive · `run` the batch on this computer, and results kept on disk ·
-`cluster` on Dask · `threads` of each process · `rows` the table · `dive_causes` of a diagnosis · `trend` lines through
-values over dates · `drift` trends of the hull, and of effects, in words · `page` the HTML report with its plots.
+`cluster` on Dask · `rows` the table · `dive_causes` of a diagnosis · `trend` lines through values over dates · `drift`
+trends of the hull, and of effects, in words · `page` the HTML report with its plots.
 """

@@ -23,11 +23,11 @@ from identify.batch.jobs import (
     Job,
     Result,
     definitions,
+    one_thread,
     own_columns,
     run_job,
     thrust_table,
 )
-from identify.batch.threads import one_thread
 
 FAST = 1
 """Compression level of zlib: a recording shrinks by a third in a quarter of a second."""

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
+from bridge import plain, schema
 from identify.statistics import Z95
 from identify.words import MISSING, unit_after, with_interval
 
@@ -47,7 +48,7 @@ class EffectSize:
 
     label: str
     words: str
-    sizes: Mapping[str, Size]
+    sizes: dict[str, Size]
     probability: float = 0.0
     named: bool = False
     also: tuple[str, ...] = ()
@@ -78,22 +79,8 @@ class DiveCauses:
         return next((item for item in (*self.found, *self.absent) if item.label == label), None)
 
     def to_json(self) -> dict[str, Any]:
-        return asdict(self)
+        return dict(plain.plain(asdict(self)))
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> "DiveCauses":
-        effects = {
-            key: tuple(
-                EffectSize(
-                    item["label"],
-                    item["words"],
-                    {name: Size(**size) for name, size in item["sizes"].items()},
-                    item["probability"],
-                    item["named"],
-                    tuple(item["also"]),
-                )
-                for item in data[key]
-            )
-            for key in ("found", "absent")
-        }
-        return cls(**{**data, **effects})
+        return schema.build(cls, data, "a diagnosis")

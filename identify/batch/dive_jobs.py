@@ -29,11 +29,12 @@ def identify(job: Job) -> dict[str, Any]:
     methods = {job.method.rpartition(".")[2]: estimator(job.method)}
     answer = run_identify.identify(dive, file, configuration, methods).answer
     unix_s, dated_by = date_of(dive)
+    voltage = None if dive.voltage is None else dive.voltage.finite()
     return {
         "identification": answer.to_json(),
         "unix_s": unix_s,
         "dated_by": dated_by,
-        "voltage_v": _mean_voltage_v(dive),
+        "voltage_v": float(voltage.value.mean()) if voltage else None,
         "carried_kg": job.carried_kg,
     }
 
@@ -91,17 +92,9 @@ def read_job(job: Job) -> tuple[Dive, VehicleFile, str]:
     if dive.sha256 != job.recording.sha256:
         raise LogError(f"{job.recording.path}: changed while the batch ran; run it again when it is whole")
     configuration = job.vehicle.configuration_of(dive.configuration_index())
-    return replace(dive, name=job.recording.name), _without_priors(job.vehicle), configuration
-
-
-def _without_priors(file: VehicleFile) -> VehicleFile:
-    shapes = {name: replace(shape, priors={}) for name, shape in file.vehicle.configurations.items()}
-    return replace(file, vehicle=replace(file.vehicle, configurations=shapes))
-
-
-def _mean_voltage_v(dive: Dive) -> float | None:
-    known = None if dive.voltage is None else dive.voltage.finite()
-    return float(known.value.mean()) if known else None
+    shapes = {name: replace(shape, priors={}) for name, shape in job.vehicle.vehicle.configurations.items()}
+    file = replace(job.vehicle, vehicle=replace(job.vehicle.vehicle, configurations=shapes))
+    return replace(dive, name=job.recording.name), file, configuration
 
 
 def _size(value: Value) -> Size:

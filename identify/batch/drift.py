@@ -89,11 +89,9 @@ class Drift:
         return sum(trend is not None for trend in (self.mass, self.damping, self.damping_over_mass))
 
     def counts(self, row: Row) -> bool:
-        """Whether date and outcome of a row let it into the trends."""
         return _counts(row, self.despite_doubts)
 
     def takes(self, row: Row, name: str) -> bool:
-        """Whether the trend of parameter `name` uses the value of this row."""
         return _takes(row, name, self.despite_doubts)
 
 
@@ -157,7 +155,6 @@ def _drift(rows: Sequence[Row], despite_doubts: bool) -> Drift:
 
 
 def percent(log_change: float) -> float:
-    """Convert a change of a logarithm to per cent."""
     return 100 * float(np.expm1(log_change))
 
 
@@ -301,7 +298,6 @@ class EffectDrift:
 
     @property
     def sentence(self) -> str:
-        """The drift in words, with its slope, interval, ends, and how sure it is."""
         begin, end = self.trend.at(self.trend.first_s), self.trend.at(self.trend.last_s)
         decimals = decimals_for(abs(end - begin) or abs(begin) or 1.0)
         of = unit_after(self.unit)

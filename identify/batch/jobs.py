@@ -5,6 +5,8 @@ Jobs and results are sent to other processes, and to other computers.
 
 import hashlib
 import json
+import os
+import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from importlib import import_module
@@ -159,7 +161,6 @@ def own_columns(recording: Recording) -> Path | None:
 
 
 def definitions(recording: Recording) -> tuple[Path, ...]:
-    """The files beside a bag that define its types."""
     bags = [file for file in recording.files if ending_of(file)]
     return tuple(files_beside(bags[0])) if bags else ()
 
@@ -187,3 +188,19 @@ def _sha256(file: Path | None) -> str:
         return ""
     check_small(file)
     return hashlib.sha256(file.read_bytes()).hexdigest()
+
+
+_COUNTS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
+
+
+def one_thread() -> None:
+    """Limit numpy, numba and torch to one thread each in this process, whether they are imported yet or not."""
+    for name in _COUNTS:
+        os.environ.setdefault(name, "1")
+    if (torch := sys.modules.get("torch")) is not None:
+        torch.set_num_threads(1)
+    if (numba := sys.modules.get("numba")) is None:
+        os.environ.setdefault("NUMBA_NUM_THREADS", "1")
+    else:
+        # A loaded numba reads the variable again when it compiles, and refuses a count other than its first.
+        numba.set_num_threads(1)

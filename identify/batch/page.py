@@ -258,7 +258,6 @@ def doubt_mark(row: Row, name: str, drift: Drift) -> str:
 
 
 def _doubts(rows: Sequence[Row]) -> Table:
-    """Table of every doubt about values of these dives, in the words of the identification."""
     lines = [
         (_date(row), row.dive, ", ".join(about), doubt.sentence)
         for row in rows
@@ -331,15 +330,16 @@ HOW_SIZES = (
 
 def causes_section(configuration: str, rows: Sequence[Row], drifts: Sequence[EffectDrift]) -> Section:
     """The section of one configuration. `rows`: its dives with a diagnosis; `drifts`: of its effects."""
-    tables = [_table_of_causes(rows)]
+    tables, figures = [_table_of_causes(rows)], list[Figure]()
     if drifts:
         tables.insert(0, _table_of_drifts(drifts))
-    figure = _figure_of_sizes(drifts)
+        panels, words = map(_panel_of_size, drifts), "Each effect's size over the date of the dive."
+        figures.append(Figure("sizes of effects over dives", words, side_by_side(list(panels))))
     return Section(
         f"Causes in configuration {configuration}",
         "\n\n".join((*(drift.sentence for drift in drifts if drift.is_real), HOW_SIZES)),
         tuple(tables),
-        (figure,) if figure else (),
+        tuple(figures),
     )
 
 
@@ -377,14 +377,6 @@ def _table_of_drifts(drifts: Sequence[EffectDrift]) -> Table:
         ))  # fmt: skip
     columns = ("Effect", "Parameter", "Dives", "Named in", "Slope", "95 % interval", "By chance", "Drift")
     return Table(columns, tuple(lines), "How the sizes of effects drift.")
-
-
-def _figure_of_sizes(drifts: Sequence[EffectDrift]) -> Figure | None:
-    if not drifts:
-        return None
-    panels = [_panel_of_size(drift) for drift in drifts]
-    words = "Each effect's size over the date of the dive."
-    return Figure("sizes of effects over dives", words, side_by_side(panels))
 
 
 def _panel_of_size(drift: EffectDrift) -> Panel:

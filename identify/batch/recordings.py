@@ -123,7 +123,8 @@ def _paths(word: str) -> list[Path]:
         places = [Path(place) for place in sorted(glob.glob(word, recursive=True))]
         recordings = [recording for p in places for recording in ([p] if p.is_file() else _in_folder(p))]
         nothing = "no such file or folder; check the name"
-    if not recordings and (mapped := _mapped_in(path)):
+    files = sorted(path.glob("*")) if path.is_dir() else []
+    if not recordings and (mapped := [file for file in files if file.name.lower().endswith(MAPPED)]):
         what = "1 recording that needs" if len(mapped) == 1 else f"{len(mapped)} recordings that need"
         raise LogError(
             f"{word}: holds {what} a column map, as {mapped[0].name}, and a folder's other tables are no dives; name "
@@ -132,12 +133,6 @@ def _paths(word: str) -> list[Path]:
     if not recordings:
         raise LogError(f"{word}: {nothing}")
     return recordings
-
-
-def _mapped_in(folder: Path) -> list[Path]:
-    """The files of a folder that need a column map; none if it is no folder."""
-    files = sorted(folder.glob("*")) if folder.is_dir() else []
-    return [file for file in files if file.name.lower().endswith(MAPPED)]
 
 
 def _in_folder(folder: Path) -> Iterator[Path]:

@@ -5,7 +5,7 @@ JSON.
 import csv
 import io
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 from typing import Any
@@ -112,25 +112,24 @@ def rows_of(results: Sequence[Result], diagnoses: Sequence[Result] = ()) -> list
         else DiveCauses.from_json(each.answer)
         for each in diagnoses
     }
-    rows = [_dated(replace(_row(result), causes=causes.get(result.sha256))) for result in results]
+    rows = [_row(result, causes.get(result.sha256)) for result in results]
     return sorted(rows, key=lambda row: (row.unix_s is None, row.unix_s or 0.0, row.dive, row.source))
 
 
 def diagnosed(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Rows with a diagnosis that gave a verdict, grouped by the vehicle's configuration."""
-    groups: dict[str, list[Row]] = {}
-    for row in rows:
-        if row.causes is not None and not row.causes.error:
-            groups.setdefault(row.causes.configuration, []).append(row)
-    return dict(sorted(groups.items()))
+    return _grouped((row.causes.configuration, row) for row in rows if row.causes and not row.causes.error)
 
 
 def by_configuration(rows: Sequence[Row]) -> dict[str, list[Row]]:
     """Rows that hold values, grouped by the vehicle's configuration."""
+    return _grouped((row.configuration, row) for row in rows if row.values)
+
+
+def _grouped(rows: Iterable[tuple[str, Row]]) -> dict[str, list[Row]]:
     groups: dict[str, list[Row]] = {}
-    for row in rows:
-        if row.values:
-            groups.setdefault(row.configuration, []).append(row)
+    for name, row in rows:
+        groups.setdefault(name, []).append(row)
     return dict(sorted(groups.items()))
 
 
@@ -150,18 +149,13 @@ def to_csv(rows: Sequence[Row]) -> str:
     writer.writerow(("dive", "date_utc", "configuration", "outcome", "doubted", "error", "duration_s", "voltage_v",
                      "verdict", "causes", *columns, "source", "sha256"))  # fmt: skip
     for row in rows:
-        values = [row.values.get(name) for name in NAMES]
+        values, of = [row.values.get(name) for name in NAMES], row.causes or DiveCauses()
+        causes = "; ".join(f"{item.words}: {item.size_words}" for item in of.found)
         numbers = [n for v in values for n in ((v.value, v.std, v.low95, v.high95) if v else ("",) * 4)]
         writer.writerow((row.dive, iso(row.unix_s), row.configuration, row.outcome, " ".join(row.doubted),
-                         row.error, row.duration_s, row.voltage_v, *_verdict_cells(row), *numbers,
+                         row.error, row.duration_s, row.voltage_v, of.verdict, causes, *numbers,
                          row.source, row.sha256))  # fmt: skip
     return out.getvalue()
-
-
-def _verdict_cells(row: Row) -> tuple[str, str]:
-    if row.causes is None:
-        return "", ""
-    return row.causes.verdict, "; ".join(f"{item.words}: {item.size_words}" for item in row.causes.found)
 
 
 def to_json(row: Row) -> dict[str, Any]:
@@ -183,13 +177,14 @@ def iso(unix_s: float | None) -> str:
     return "" if unix_s is None else utc_text(unix_s)
 
 
-def _dated(row: Row) -> Row:
-    """A row that only a diagnosis could date, dated by it."""
-    by_diagnosis = None if row.causes is None else row.causes.unix_s
-    return row if by_diagnosis is None or row.unix_s is not None else replace(row, unix_s=by_diagnosis)
+def _row(result: Result, causes: DiveCauses | None) -> Row:
+    """The row of a dive, dated by its diagnosis if nothing else dates it."""
+    row = _identified(result)
+    dated_s = causes.unix_s if causes is not None and row.unix_s is None else row.unix_s
+    return replace(row, causes=causes, unix_s=dated_s)
 
 
-def _row(result: Result) -> Row:
+def _identified(result: Result) -> Row:
     if result.answer is None:
         named_s = date_in_name(result.dive)
         dated_by = "" if named_s is None else "its name"

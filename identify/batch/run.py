@@ -19,8 +19,7 @@ from pathlib import Path
 from bridge.errors import LogError
 from bridge.files import ODD, size_to_read
 from bridge.plain import from_json
-from identify.batch.jobs import Job, Result, run_job
-from identify.batch.threads import one_thread
+from identify.batch.jobs import Job, Result, one_thread, run_job
 
 
 class Cache:
@@ -141,7 +140,6 @@ _CONTEXT = multiprocessing.get_context("spawn")
 
 
 def cores() -> int:
-    """Number of cores that this process may use."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 

@@ -113,7 +113,6 @@ class Case:
         }
 
     def _size_alone(self, planted: Planted) -> float:
-        """Size of an effect when no other is hidden."""
         scenario, simulated = _simulated(replace(self, planted=(planted,)), 0)
         return float(sizes(scenario, self.setup.noise, simulated).max())
 

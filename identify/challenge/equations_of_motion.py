@@ -47,7 +47,6 @@ def body(
     net_up_n: float,
     displaced_kg: float,
 ) -> Body:
-    """A body with its inverse mass matrix."""
     inverse = np.ascontiguousarray(np.linalg.inv(rigid + added))
     return Body(rigid, added, inverse, damping, centre, weight_n, net_up_n, displaced_kg)
 

@@ -174,7 +174,6 @@ class Judged:
 
 
 def score(truths: Sequence[Mapping[str, Any]], answers: Mapping[str, Answer]) -> Score:
-    """Judge answers by case name."""
     cases = [Judged(truth, answers.get(truth["name"])) for truth in truths]
     by = {kind: [c for c in cases if c.kind == kind] for kind in ("none", "one", "two", "novel", "absorbed")}
     known = by["one"] + by["two"]

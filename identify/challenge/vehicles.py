@@ -177,7 +177,6 @@ def _thrusters(shape: _Shape, size: float) -> tuple[Thruster, ...]:
 
 
 def vehicle_text(vehicle: Vehicle) -> str:
-    """The vehicle file of a drawn vehicle, as YAML."""
     curve = vehicle.thrust_curve
     dvl = vehicle.sensors.dvl
     data = {

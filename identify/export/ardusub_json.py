@@ -60,7 +60,6 @@ REASONS = {
 
 
 def write(model: Model) -> str:
-    """Text of the JSON file."""
     data = {
         "vehicle": model.name,
         "backend": {

@@ -64,7 +64,6 @@ REASONS = {
 
 
 def write(model: Model) -> str:
-    """Text of an SDF world."""
     root = ET.Element("sdf", version="1.10")
     world = element(root, "world", name="water")
     comment(world, model, "written by seatrial; added mass acts with the DART engine, Gazebo's own.")

@@ -217,7 +217,6 @@ def _known(values: Mapping[str, float], shape: Configuration) -> tuple[dict[str,
 
 
 def six(values: list[float]) -> Six:
-    """Convert to a tuple of six floats."""
     a, b, c, d, e, f = map(float, values)
     return a, b, c, d, e, f
 
@@ -246,12 +245,10 @@ def number(value: float) -> str:
 
 
 def numbers(values: Iterable[float]) -> str:
-    """Several numbers, separated by spaces."""
     return " ".join(number(value) for value in values)
 
 
 def element(parent: ET.Element, tag: str, text: str | float = "", **attributes: str) -> ET.Element:
-    """Append a new child to `parent`."""
     child = ET.SubElement(parent, tag, attributes)
     words = text if isinstance(text, str) else number(text)
     if words:
@@ -269,6 +266,5 @@ def comment(parent: ET.Element, model: Model, sentence: str) -> None:
 
 
 def document(root: ET.Element) -> str:
-    """Text of the XML file."""
     ET.indent(root)
     return '<?xml version="1.0"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

@@ -57,7 +57,6 @@ REASONS = {
 
 
 def write(model: Model) -> str:
-    """Text of a scenario file."""
     root = ET.Element("scenario")
     comment(root, model, "written by seatrial; the thrusters' setpoints are newtons.")
     environment = element(root, "environment")

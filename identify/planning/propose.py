@@ -113,7 +113,6 @@ class _Candidate:
     most_cycles: int
 
     def goes(self, cycles: int) -> int:
-        """Number of parts for `cycles` cycles."""
         return -(-cycles // self.most_cycles)
 
     def seconds(self, cycles: int) -> float:

@@ -50,7 +50,6 @@ def needs(part: Part) -> str:
 
 
 def instruction(part: Part) -> str:
-    """Instruction for a manoeuvre, as a crew reads it out."""
     room = needs(part)
     return f"{part.manoeuvre.sentence}, {room if room == NO_ROOM else f'needs {room}'}"
 
@@ -85,7 +84,6 @@ def interval(name: str, relative_std: float, knowledge: Knowledge) -> dict[str, 
 
 
 def notes(knowledge: Knowledge) -> tuple[str, ...]:
-    """Sources of the numbers and their limits, in sentences."""
     doubts = tuple(f"{DOUBT} {sentence}" for sentence in knowledge.doubts)
     return (*doubts, *knowledge.sentences, *((GUESSED,) if knowledge.guessed else ()), *ADVICE)
 

@@ -59,7 +59,6 @@ def plain(judged: Judged) -> dict[str, Any]:
 
 
 def sentences(judged: Judged) -> tuple[str, ...]:
-    """The verdict, the cause with its parameters, and the marks with their shifts."""
     far = "; ".join(
         f"{name} {significant(float(shift), 2)} {unit} ({significant(abs(float(off)), 2)} standard deviations)"
         for name, shift, unit, off in zip(MARKS, judged.shift, UNITS, judged.off, strict=True)

@@ -68,7 +68,6 @@ BY_AXIS = (
 
 
 def diagnosis_report(diagnosis: Diagnosis) -> Report:
-    """Verdict and parts of the page."""
     d = diagnosis
     return Report(
         f"{d.vehicle}: diagnosis of {d.dive}",
@@ -83,7 +82,6 @@ def subtitle(d: Diagnosis) -> str:
 
 
 def sections(d: Diagnosis) -> tuple[Section, ...]:
-    """Parts of the page: where, what, how far, what next."""
     parts = [
         _where(d),
         _by_dof(d),
@@ -280,10 +278,6 @@ MOST_NRMSE = 10
 """A simulation that is off by more runs away, and how far says nothing."""
 
 
-def _baseline(nrmse: float) -> Cell:
-    return f"over {MOST_NRMSE}" if nrmse > MOST_NRMSE else cells.fixed(nrmse, 2)
-
-
 def _axis_rows(shrink: Shrink) -> tuple[tuple[Cell, ...], ...]:
     return tuple(
         (
@@ -291,7 +285,7 @@ def _axis_rows(shrink: Shrink) -> tuple[tuple[Cell, ...], ...]:
             *(_rate(value, axis.dof) for value in (axis.before, axis.after, axis.floor)),
             cells.percent(axis.value),
             cells.joined(Form.CHANGE, cells.fixed(axis.nrmse_before, 2), cells.fixed(axis.nrmse_after, 2)),
-            _baseline(axis.nrmse_baseline),
+            f"over {MOST_NRMSE}" if axis.nrmse_baseline > MOST_NRMSE else cells.fixed(axis.nrmse_baseline, 2),
         )
         for axis in shrink.by_axis
     )
@@ -343,7 +337,6 @@ HOW = (
 
 
 def against_report(comparison: Against) -> Report:
-    """Build the page: verdict and parts."""
     return Report(
         f"{comparison.vehicle.vehicle}: {comparison.vehicle.dive} against the simulator's {comparison.simulator.dive}",
         subtitle(comparison.vehicle),
@@ -412,7 +405,6 @@ def _signed_percent(share: float) -> Cell:
 
 
 def _of_simulator(comparison: Against) -> Section:
-    """Diagnosis of the simulator's own recording."""
     return Section(
         "What the simulator has",
         "\n\n".join(

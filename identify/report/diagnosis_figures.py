@@ -51,7 +51,6 @@ STYLE_OF = {AFTER: 0, BEFORE: 1, NOISE: 2}
 
 
 def where_map(gap: Gap) -> Figure:
-    """Where force is missing, by phase and degree of freedom."""
     dofs = [dof for dof in DOFS if any(place.dof == dof for place in gap.where)]
     shares = np.zeros((len(gap_words.PHASES), len(dofs)))
     phases = list(gap_words.PHASES)
@@ -185,7 +184,6 @@ def _aside(candidate: Tried, possible: Mapping[str, str]) -> str:
 
 
 def growth(gap: Gap) -> Figure:
-    """Root mean square drift of each degree of freedom by horizon: before, after and floor."""
     present = [i for i in range(len(DOFS)) if any(np.isfinite(drift.floor[i]) for drift in gap.drifts)]
     return Figure(
         "drift by horizon",

@@ -246,7 +246,6 @@ def thrusters(dive: Dive, rest_us: float) -> Figure | None:
 
 
 def training(curves: Mapping[str, Array]) -> Figure:
-    """Each parameter's value against the epoch, in a plot of its own, as in Figs 7 and 9 of the source paper."""
     panels = []
     for name, values in curves.items():
         of = unit(BY_NAME[name].unit if name in BY_NAME else "1")

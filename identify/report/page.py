@@ -158,8 +158,6 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """A page: a verdict, for a reader in a hurry, and sections."""
-
     title: str
     subtitle: str
     verdict: str
@@ -352,7 +350,6 @@ class Read:
 def with_provenance(
     report: Report, dives: Sequence[Dive | Read], file: VehicleFile, settings: Mapping[str, str]
 ) -> Report:
-    """The report with its provenance as the last part."""
     return replace(report, sections=(*report.sections, provenance(dives, file, settings)))
 
 

@@ -115,7 +115,6 @@ def _against(e: Estimate, truth: float | None) -> tuple[Cell, Cell]:
 
 
 def signals(dive: Dive) -> Table:
-    """Each signal of the recording: samples, rate, longest silence, share of unknown samples."""
     rows = tuple(
         (
             SIGNAL_WORDS.get(name, name),
@@ -171,7 +170,6 @@ HEADINGS = {
 
 
 def nuisance_tables(nuisance: Mapping[Nuisance, float], settings: Mapping[str, float]) -> tuple[Table, ...]:
-    """A table of the quantities of each axis, and one of the method's own numbers, by their names."""
     by_axis: dict[str, dict[Quantity, list[tuple[Nuisance, float]]]] = {}
     for fitted, value in nuisance.items():
         by_axis.setdefault(fitted.axis, {}).setdefault(fitted.quantity, []).append((fitted, value))

@@ -117,7 +117,6 @@ def render(traces: Traces, key: str) -> str:
 
 
 def _heights(key: str) -> str:
-    """The buttons that stretch the values."""
     return "".join(
         f'<input type="radio" class="high{by}" name="{key}-h" id="{key}-h{by}"{" checked" if by == HEIGHTS[0] else ""}>'
         f'<label for="{key}-h{by}">{"whole" if by == HEIGHTS[0] else f"{by} times"}</label>'

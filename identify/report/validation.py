@@ -105,7 +105,6 @@ def _said_first(run: Run) -> tuple[str, ...]:
 
 
 def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
-    """Every axis over the whole mission, asked to move or not."""
     rows = [
         (f"{row.axis.capitalize()}, {row.phase}", *(cells.speed(value, row.unit) for value in row.values))
         for row in whole_rows(errors)
@@ -119,12 +118,10 @@ def _whole(errors: Mapping[str, TrackingErrors]) -> Section | None:
 
 
 def _moved(errors: Mapping[str, TrackingErrors]) -> list[int]:
-    """The degrees of freedom that any run has errors in."""
     return [dof for dof in TRACKED_DOFS if any(run.axis(DOFS[dof]) for run in errors.values())]
 
 
 def _criteria(judged: Mapping[str, Raising]) -> Section | None:
-    """Criteria of go or no-go, one per row, with a table for each dive."""
     tables = tuple(
         Table(
             ("Criterion", "Passed", "Figure and limit"),
@@ -206,7 +203,6 @@ def _overlaid(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> tuple[Tr
 
 
 def _by_phase(axis: str, errors: Mapping[str, TrackingErrors]) -> Figure:
-    """Errors of Table 5 as bars: a group for each phase."""
     scale, shown = error_unit(DOFS.index(axis))
     groups = [
         Group(label, tuple(scale * of_axis.phase(phase) for phase in PHASES))
@@ -225,7 +221,6 @@ def _error_title(dof: int) -> str:
 
 
 def _compared(dof: int, dives: Mapping[str, Dive], lever_m: Vector3) -> Figure | None:
-    """Errors of all dives over one another, each from the start of its reference's motion."""
     lines = []
     for style, (label, dive) in enumerate(dives.items()):
         moving_s = _moving_s(dof, dive)

@@ -23,7 +23,6 @@ DONE, NO, BAD_INPUT, STOPPED = 0, 1, 2, 4
 
 
 def main(words: Sequence[str]) -> int:
-    """Run one function and return the exit code."""
     # Set before numpy is imported: matrices are small here, and a second thread would spin on another method's core.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     arguments = _parser().parse_args(words)

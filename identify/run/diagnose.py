@@ -107,7 +107,6 @@ class Diagnosed:
     diagnosis: Diagnosis
 
     def to_json(self) -> dict[str, Any]:
-        """The answer, followed by the texts and values shown on a page."""
         words = with_words(self.diagnosis, "" if self.check is None else self.check.name)
         return words | runs_as_json(self.dive)
 

@@ -42,7 +42,6 @@ class Identified:
     comparisons: tuple[Comparison, ...]
 
     def to_json(self) -> dict[str, Any]:
-        """The answer as plain data, with its comparison, if any."""
         compared = {"comparison": self.comparisons[0].to_json()} if self.comparisons else {}
         return self.answer.to_json() | runs_as_json(self.dive) | compared
 

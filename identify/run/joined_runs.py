@@ -81,9 +81,11 @@ def joined(dives: Sequence[Dive], left_out: Mapping[str, str] = NOTHING) -> Dive
     _refuse_other_commands(dives)
     moved_s = _moves_s(dives)
     everywhere = [name for name in dives[0].signals() if all(name in dive.signals() for dive in dives)]
-    signals: dict[str, Any] = {
-        name: _in_a_row([dive.signals()[name] for dive in dives], moved_s) for name in everywhere
-    }
+    signals: dict[str, Any] = {}
+    for name in everywhere:
+        in_a_row = [dive.signals()[name] for dive in dives]
+        times: list[Array] = [signal.time_s + by_s for signal, by_s in zip(in_a_row, moved_s, strict=True)]
+        signals[name] = Signal(np.concatenate(times), np.vstack([signal.value for signal in in_a_row]))
     runs = tuple(
         Run(dive.name, dive.source, dive.sha256, dive.span_s[0] + by_s, dive.span_s[1] + by_s)
         for dive, by_s in zip(dives, moved_s, strict=True)
@@ -230,11 +232,6 @@ def _moves_s(dives: Sequence[Dive]) -> list[float]:
         least_s = before.span_s[1] + moves[-1] + APART_S - dive.span_s[0]
         moves.append(math.ceil(least_s * TICKS_HZ) / TICKS_HZ)
     return moves
-
-
-def _in_a_row(signals: Sequence[Signal], moved_s: Sequence[float]) -> Signal:
-    times: list[Array] = [signal.time_s + by_s for signal, by_s in zip(signals, moved_s, strict=True)]
-    return Signal(np.concatenate(times), np.vstack([signal.value for signal in signals]))
 
 
 def _name(dives: Sequence[Dive]) -> str:

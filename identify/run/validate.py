@@ -34,6 +34,7 @@ from identify.validation.tracking import (
     TRACKED_DOFS,
     Row,
     TrackingErrors,
+    lever_of,
     tracking_errors,
     with_reference_rates,
 )
@@ -61,7 +62,6 @@ class Run:
 
     @property
     def compared(self) -> bool:
-        """Whether any axis has an error."""
         return any(math.isfinite(axis.overall) for axis in self.errors.axes)
 
     @property
@@ -79,8 +79,7 @@ class Validation:
     lever_m: Vector3
 
     def rows(self) -> list[Row]:
-        """The errors side by side, by axis and phase."""
-        rows = tracking.compare({run.label: run.dive for run in self.runs}, self.lever_m)
+        rows = tracking.compare({run.label: run.errors for run in self.runs})
         return [row for row in rows if not all(map(math.isnan, row.values))]
 
     def to_json(self) -> list[dict[str, Any]]:
@@ -119,8 +118,7 @@ def validate(
     # Errors averaged over two modes would describe neither.
     parts = [(in_one_mode(dive), dive) for dive in map(with_reference_rates, dives)]
     parts.sort(key=lambda pair: len(Mode) if pair[0].mode is None else int(pair[0].mode))
-    dvl = file.vehicle.sensors.dvl
-    lever_m = dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)
+    lever_m = lever_of(file)
     modes = ["" if part.mode is None else part.mode.word for part, _ in parts]
     runs = []
     for label, mode, (part, whole) in zip(

@@ -45,7 +45,6 @@ class Guess:
     hints: tuple[str, ...]
 
     def text(self, source: str) -> str:
-        """The vehicle file, as YAML."""
         bundled = load_vehicle(self.base).path
         data = yaml.safe_load(bundled.read_text(encoding="utf-8"))
         configuration = data["configurations"][self.configuration]

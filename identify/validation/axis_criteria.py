@@ -18,6 +18,7 @@ from identify.validation.tracking import (
     LEAST_SLOPE,
     SHORTEST_RUN_S,
     Phases,
+    lever_of,
     phases,
     tracking_errors,
 )
@@ -90,8 +91,8 @@ def of_axis(dof: int, mode: Mode, dive: Dive, motion: AlignedDive, file: Vehicle
 
 def _by_errors(dof: int, dive: Dive, file: VehicleFile) -> list[Criterion]:
     """Feed-forward alone: tracking error at a held speed and while accelerating."""
-    axis, dvl = DOFS[dof], file.vehicle.sensors.dvl
-    tracking = tracking_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0)).axis(axis)
+    axis = DOFS[dof]
+    tracking = tracking_errors(dive, lever_of(file)).axis(axis)
     assert dive.nu_ref is not None
     if tracking is None or not tracking.speeds:
         return [Criterion(axis, None, "no speed was held: nothing is known of it")]

@@ -30,7 +30,7 @@ from identify.effects.library import not_simulated
 from identify.thrust.thruster_allocation import allocated_gains
 from identify.validation.against_forecast import SMALL, is_alike, rows_words
 from identify.validation.raising import in_one_mode
-from identify.validation.tracking import LEAST_SPEED, SETTLED_S, WholeError, whole_errors
+from identify.validation.tracking import LEAST_SPEED, SETTLED_S, WholeError, lever_of, whole_errors
 from identify.words import listed, speed
 
 LONG_S, MOST_SEAS = 300.0, 3
@@ -128,8 +128,7 @@ def forecast(
     mission = mission_in(part.dive)
     if mission is None:
         return without("the dive has no reference (NU_REF) that moves")
-    dvl = file.vehicle.sensors.dvl
-    flown = whole_errors(part.dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
+    flown = whole_errors(part.dive, lever_of(file))
     fed = fed_by(part.dive, file, configuration)
     values = {name: value.value for name, value in accepted.values.items()}
     try:

@@ -58,7 +58,7 @@ from identify.align import aligned
 from identify.dive import Dive
 from identify.validation.against_forecast import MOST_OF_REST, Held, MadeUp, sea_of
 from identify.validation.axis_criteria import OF_THE_TIME, RATE_HZ, Criterion, of_axis
-from identify.validation.tracking import CUTOFF_HZ, SHORTEST_RUN_S, WholeError, whole_errors
+from identify.validation.tracking import CUTOFF_HZ, SHORTEST_RUN_S, WholeError, lever_of, whole_errors
 from identify.words import capital, listed, speed
 
 MARKS: Final = {True: "ok", False: "no", None: "unknown"}
@@ -226,8 +226,7 @@ def go_no_go(
     thrusters = Allocator(shape, thrust_curve(file.vehicle.thrust_curve, file.path.parent))
     reach = thrusters.reach()
     driven = [dof for dof in FEEDFORWARD_DOFS if reach[dof] > NO_REACH]
-    dvl = file.vehicle.sensors.dvl
-    whole = whole_errors(dive, dvl.mounting.position_m if dvl else (0.0, 0.0, 0.0))
+    whole = whole_errors(dive, lever_of(file))
     sea = sea_of(whole)
     rough = {error.axis for error in whole if sea.get(error.axis, 0.0) > MOST_UNASKED[error.unit]}
     of_axes = {DOFS[dof]: of_axis(dof, mode, dive, motion, file) for dof in driven}

@@ -21,6 +21,7 @@ import numpy as np
 
 from bridge.arrays import Array, Mask, Vector3
 from bridge.vehicle.coefficients import DOFS
+from bridge.vehicle.config import VehicleFile
 from bridge.vehicle.feedforward import FEEDFORWARD_DOFS
 from bridge.vehicle.mode import Mode
 from identify.align import ORDER, low_pass
@@ -160,6 +161,12 @@ class Row:
     values: tuple[float, ...]
 
 
+def lever_of(file: VehicleFile) -> Vector3:
+    """Position of the DVL's transducer in body axes, m; the origin for a vehicle without a DVL."""
+    dvl = file.vehicle.sensors.dvl
+    return (0.0, 0.0, 0.0) if dvl is None else dvl.mounting.position_m
+
+
 def tracking_errors(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> TrackingErrors:
     """Return the errors of a dive; no axes if it has no NU_REF. `lever_m`: the DVL's transducer in body axes."""
     axes = (_axis_errors(dive, dof, lever_m) for dof in TRACKED_DOFS)
@@ -180,15 +187,12 @@ def whole_errors(dive: Dive, lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tuple[WholeE
     return tuple(error for error in errors if error is not None)
 
 
-def compare(runs: Mapping[str, Dive], lever_m: Vector3 = (0.0, 0.0, 0.0)) -> tuple[Row, ...]:
-    """Return rows laid out like the paper's Table 5, axis by axis, with a value for each run in the mapping's order."""
-    errors = [tracking_errors(dive, lever_m) for dive in runs.values()]
+def compare(errors: Mapping[str, TrackingErrors]) -> tuple[Row, ...]:
+    """Rows laid out like the paper's Table 5, axis by axis, with a value for each run in the mapping's order."""
     rows = []
     for dof in TRACKED_DOFS:
-        of_axis = [e.axis(DOFS[dof]) for e in errors]
-        if all(axis is None for axis in of_axis):
-            continue
-        for phase in PHASES:
+        of_axis = [run.axis(DOFS[dof]) for run in errors.values()]
+        for phase in PHASES if any(of_axis) else ():
             values = tuple(math.nan if axis is None else axis.phase(phase) for axis in of_axis)
             rows.append(Row(DOFS[dof], phase, _unit(dof), values))
     return tuple(rows)

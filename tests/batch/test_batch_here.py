@@ -101,7 +101,7 @@ def test_a_process_that_had_loaded_numba_compiles_on_with_one_thread(monkeypatch
     monkeypatch.delenv("NUMBA_NUM_THREADS", raising=False)
     program = (
         "import numba; numba.set_num_threads(numba.config.NUMBA_NUM_THREADS); "
-        "from identify.batch.threads import one_thread; one_thread(); "
+        "from identify.batch.jobs import one_thread; one_thread(); "
         "print(numba.njit(lambda x: x + 1)(1), numba.get_num_threads())"
     )
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False)

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from bench.diagnosis import page, power, speed, tables
+from bench.diagnosis import goals, page, power, speed
 from bench.diagnosis.plan import (
     BENCH,
     FULL,
@@ -51,7 +51,7 @@ def test_every_effect_hides_alone_and_once_more_left_out_of_the_library() -> Non
     assert {trial.names for trial in groups["one"]} == {(name,) for name in PLANTS}
     assert {trial.names for trial in groups["novel"]} == {(name,) for name in NOVEL}
     assert {trial.left for trial in groups["left out"]} == set(LACKED)
-    assert len(power_planned(FULL)) >= 3 * tables.EACH_POINT * len(set(PLANTS) - set(ABSORBED))
+    assert len(power_planned(FULL)) >= 3 * goals.EACH_POINT * len(set(PLANTS) - set(ABSORBED))
 
 
 def test_no_seed_is_used_twice_and_the_short_form_has_those_of_development() -> None:
@@ -75,10 +75,10 @@ def test_the_library_of_a_dive_lacks_what_was_left_out_with_its_true_class() -> 
 def test_a_point_of_a_power_curve_holds_thirty_dives_or_all() -> None:
     small = [(0.1 + 0.001 * i, False) for i in range(40)]
     large = [(2.0 + 0.001 * i, True) for i in range(40)]
-    points = tables.by_size([*large, *small], 8)
+    points = goals.by_size([*large, *small], 8)
     assert [(round(low, 2), round(high, 2)) for low, high, _ in points] == [(0.1, 0.14), (2.0, 2.04)]
     assert [rate for _, _, rate in points] == [Rate(0, 40), Rate(40, 40)]
-    assert len(tables.by_size(small[:5], 8)) == 1
+    assert len(goals.by_size(small[:5], 8)) == 1
 
 
 def test_the_short_form_of_the_power_tells_its_own_seeds_and_where_its_rows_are(monkeypatch, tmp_path):

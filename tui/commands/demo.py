@@ -31,7 +31,7 @@ from identify.report.identification import dive_section, identification_section,
 from identify.report.page import Report, with_provenance, write_report
 from identify.report.validation import Reference, tracking_section
 from identify.run.identify import identify
-from identify.validation.tracking import METHOD, Row, compare, tracking_errors
+from identify.validation.tracking import METHOD, Row, TrackingErrors, compare, tracking_errors
 from tui import show
 from tui.show import Table
 
@@ -73,8 +73,9 @@ def run(arguments: argparse.Namespace) -> int:
     folder = new_folder(Path(arguments.out), clock.unix_s(), f"seed-{arguments.seed}").path
     with show.progress("demo") as tell:
         done = fly(folder, arguments.seed, clock.unix_s(), tell)
-        rows = compare(done.runs)
-        page = write_page(folder / "report.html", done)
+        errors = {mode: tracking_errors(dive) for mode, dive in done.runs.items()}
+        rows = compare(errors)
+        page = write_page(folder / "report.html", done, errors)
     console = show.results(arguments.json)
     for shown in identified_tables(done):
         show.put(console, shown)
@@ -141,9 +142,8 @@ def tracking_table(modes: Sequence[str], rows: Sequence[Row]) -> Table:
     )
 
 
-def write_page(path: Path, done: Demo) -> Path:
+def write_page(path: Path, done: Demo, errors: Mapping[str, TrackingErrors]) -> Path:
     """(c) The report."""
-    errors = {mode: tracking_errors(dive) for mode, dive in done.runs.items()}
     paper = Reference("paper, both", "Vangi et al., Table 5, configuration hovering", TABLE_5)
     sections = [tracking_section(errors, done.runs, paper)]
     for campaign in done.campaigns:
