@@ -49,9 +49,12 @@ def dived() -> None:
 
 
 def collected() -> None:
-    """The bytecode of the tests, with their assertions rewritten."""
+    """The bytecode of the tests, with their assertions rewritten; and the table of characters that texts are drawn by,
+    which Hypothesis makes once."""
     import pytest
+    from hypothesis import given, settings, strategies
 
+    settings(max_examples=1)(given(strategies.text())(lambda _: None))()
     pytest.main(["--collect-only", "-qq"])
 
 

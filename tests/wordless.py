@@ -71,7 +71,7 @@ class Loader(importlib.machinery.SourceFileLoader):
         tree = ast.parse(self.get_data(path), path)
         # The variants of an effect are part of its key, in sidecars too.
         least = 5 if fullname.startswith("identify.effects") else 2
-        return compile(ast.fix_missing_locations(Wordless(least).visit(tree)), path, "exec")
+        return compile(Wordless(least).visit(tree), path, "exec")
 
 
 class Finder(importlib.machinery.PathFinder):

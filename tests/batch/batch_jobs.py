@@ -11,7 +11,6 @@ from pathlib import Path
 from bridge.errors import FitError
 from bridge.vehicle.config import load_vehicle
 from identify.batch.jobs import Job, job_for
-from identify.batch.recordings import find_recordings
 from identify.batch.run import run_here
 
 HERE = Path(__file__).resolve().parent
@@ -22,6 +21,9 @@ FILE = load_vehicle("ruvifist:hovering")
 
 def job_on(path, function, file):
     """A job of this module on one recording."""
+    # Looking for recordings loads all that reads one, a second in each process that is to run these jobs.
+    from identify.batch.recordings import find_recordings
+
     (recording,) = find_recordings([str(path)]).recordings
     return job_for(f"batch_jobs:{function}", recording, file, "likelihood")
 

@@ -8,12 +8,12 @@ import sys
 import tempfile
 from collections import Counter
 from dataclasses import replace
-from pathlib import Path
 
 import batch_jobs
 import pytest
 from dask_cluster import cluster
 
+from bench.stamp import files, reached
 from bridge.errors import LinkLost, LinkTimeout
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
@@ -30,6 +30,7 @@ from identify.batch.jobs import (
 )
 from identify.batch.recordings import find_recordings
 from identify.batch.run import run_here
+from identify.estimators.table import METHODS
 from identify.ingest.ros.bags import READERS
 
 FILE = batch_jobs.FILE
@@ -258,22 +259,18 @@ def test_a_worker_of_another_version_refuses_and_says_so(folder, monkeypatch):
     assert not result.final
 
 
-LOADED = """
-import importlib, sys
-import identify.batch.dive_jobs
-from identify.estimators.table import METHODS
-for module in METHODS.values():
-    importlib.import_module(module)
-print("\\n".join(m.__file__ for name, m in sys.modules.items() if name.split(".")[0] in ("bridge", "identify")))
-"""
 NOTHING_TO_ANSWER = ("__init__.py", "version.py")
 
 
-def test_the_stamp_covers_every_module_that_an_identification_or_a_diagnosis_loads():
-    ran = subprocess.run([sys.executable, "-c", LOADED], capture_output=True, text=True, check=True)
-    files = {Path(line) for line in ran.stdout.split() if not line.endswith(NOTHING_TO_ANSWER)}
-    assert len(files) > 30
-    assert files <= set(answering(PLACE))
+def test_the_stamp_covers_every_module_that_an_identification_or_a_diagnosis_reaches():
+    methods = [f"{name.replace('.', '/')}.py" for name in METHODS.values()]
+    behind = {
+        file
+        for file in files(reached("identify/batch/dive_jobs.py", *methods))
+        if file.name not in NOTHING_TO_ANSWER
+    }
+    assert len(behind) > 30
+    assert behind <= set(answering(PLACE))
 
 
 def test_a_job_of_other_code_has_another_key(tmp_path, monkeypatch):

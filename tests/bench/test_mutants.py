@@ -186,6 +186,8 @@ def test_two_changes_alike_in_one_line_are_judged_each_by_itself(tmp_path, monke
         return Verdict(mutant, None, 1)
 
     monkeypatch.setattr("bench.mutants.trials.Checkout._ran", run)
+    # That of all tests takes seconds, and they are the same for both.
+    monkeypatch.setattr("bench.mutants.trials.stamp", lambda *_: "as it is")
     (tmp_path / "kernels-of").mkdir()
     copy, kept = Checkout(tmp_path / "kernels-of" / "tree"), Remembered(tmp_path / "kept.jsonl")
     twins = [Mutant("bridge/errors.py", 1, begin, begin + 1, "+", "-") for begin in (3, 9)]

@@ -11,6 +11,7 @@ from bench.accuracy.answers import OWN
 from bench.accuracy.trials import SOURCES
 from bench.sections import SECTIONS
 from bench.stamp import KEEPING, ROOT, files, makes_answer, reached
+from identify.estimators.table import METHODS
 
 SEED = 100_010
 KEPT_BY = {ROOT / name for name in (*KEEPING, "gcs_plugin/job.py")}
@@ -58,8 +59,16 @@ def test_the_bound_reads_nothing_outside_its_sources():
     assert read - set(files(*SOURCES["bound"])) == set()
 
 
+@pytest.mark.soak
 def test_the_products_methods_load_nothing_outside_their_sources():
     assert _read(MISSION + PRODUCT) - set(files(*SOURCES["product"])) == set()
+
+
+def test_the_products_methods_and_the_missions_reach_no_code_outside_their_sources():
+    methods = [f"{METHODS[name].replace('.', '/')}.py" for name in ("likelihood", "pinn")]
+    behind = files(reached("bench/missions/mission.py", *methods))
+    assert len(behind) > 30
+    assert set(behind) - set(files(*SOURCES["product"])) == set()
 
 
 @pytest.mark.soak

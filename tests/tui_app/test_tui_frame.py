@@ -30,21 +30,18 @@ def top(app):
     return text(app).splitlines()[0]
 
 
-def test_a_screen_is_styled_anew_once_it_has_its_size_and_then_only_in_another_theme_and_is_soon_drawn(
-    monkeypatch,
-):
+def test_a_screen_is_styled_anew_in_another_theme_alone_and_is_soon_drawn(monkeypatch):
     styled, held_s, delay_update = [], [], App.delay_update
     monkeypatch.setattr(WatchScreen, "update_node_styles", lambda screen, **_: styled.append(screen))
     monkeypatch.setattr(
         App, "delay_update", lambda app, delay=0.05: (held_s.append(delay), delay_update(app, delay))
     )
-    begun = []
     played(
         desk(),
-        # Its classes of how it is drawn and of how large it is.
-        *(lambda _: begun.extend(styled), lambda _: len(begun) == 2),
-        *("2", "1", lambda _: styled == begun),
-        *("2", "t", "1", lambda _: len(styled) == len(begun) + 1),
+        # As it is mounted it has the classes of its size.
+        lambda app: app.screen.has_class("-narrow", "-short") and not styled,
+        *("2", "1", lambda _: not styled),
+        *("2", "t", "1", lambda _: len(styled) == 1),
     )
     assert set(held_s) == {0.01}
 

@@ -226,7 +226,9 @@ class SeatrialApp(Modes, inherit_bindings=False):
         self.panic(Text(keep_trace(error)))
 
     def _screen(self, row: Row) -> StationScreen:
-        return row.make(row.title, tabs(row.id, self._key_of))
+        screen = row.make(row.title, tabs(row.id, self._key_of))
+        screen.fit(self.size)
+        return screen
 
     def _refresh_view(self) -> None:
         now_s = self._clock()

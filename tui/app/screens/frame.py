@@ -223,6 +223,16 @@ class StationScreen(Screen[None]):
         self.view: View | None = None
         self._styled = ""
 
+    def fit(self, size: Size) -> None:
+        """Take on the classes of a terminal of this size before the screen is mounted: with those that come later every
+        widget's styles are found twice."""
+        for cells, bounds in (
+            (size.width, self.HORIZONTAL_BREAKPOINTS),
+            (size.height, self.VERTICAL_BREAKPOINTS),
+        ):
+            _, name = max(bound for bound in bounds or () if cells >= bound[0])
+            self.add_class(name, update=False)
+
     @on(events.ScreenResume)
     def _style(self, event: events.ScreenResume) -> None:
         """Find the styles of every widget anew only if the theme is another one by now: that takes a third of a key's

@@ -78,7 +78,7 @@ class WatchScreen(StationScreen):
 
     def __init__(self, title: str, tabs: Sequence[Tab]) -> None:
         super().__init__(title, tabs)
-        self.add_class("-first")
+        self.add_class("-first", update=False)
 
     def body(self) -> ComposeResult:
         yield Drawn(self._replay_bar, id="replay-bar")
