@@ -26,10 +26,10 @@ def record_dive(
     *,
     seed: int,
     unix_s: float,
-    parameters: ParameterServer,
     mode: Mode | None,
+    parameters: ParameterServer | None = None,
     truth: Truth | None = None,
-    progress: Callable[[float], None],
+    progress: Callable[[float], None] = lambda _: None,
     links: Sequence[Link] = (),
     pace: Callable[[float], None] = lambda _: None,
 ) -> DiveFolder:
@@ -37,10 +37,11 @@ def record_dive(
 
     The vehicle boots at `unix_s`. Give it the present, so that the dive comes after the uploads for it; if
     simulated faster than real time, it ends later than now.
-    `mode` None leaves FF_MODE as in the parameters; `truth` None means the truth file next to the vehicle file.
+    `mode` None leaves FF_MODE as in the parameters, `parameters` None those that the vehicle starts with, which are
+    not stored; `truth` None means the truth file next to the vehicle file.
     `links` get the same frames, `pace` may delay a tick.
     """
-    truth = truth or load_truth(file, configuration)
+    truth, parameters = truth or load_truth(file, configuration), parameters or parameters_of(file, None)
     applied = Mode(parameters.mode) if mode is None else mode
     folder = new_folder(root, unix_s, f"{mission.name}-{applied.word}")
     notes = f"simulated, seed {seed}"
@@ -95,29 +96,6 @@ def record_dive(
     for trouble in troubles:
         folder.add_event(clock.unix_s(), trouble)
     return folder
-
-
-def dive_with_pid(
-    file: VehicleFile,
-    configuration: str,
-    mission: Mission,
-    root: Path,
-    seed: int,
-    unix_s: float,
-    progress: Callable[[float], None],
-) -> DiveFolder:
-    """Dive a mission with the PID alone from `unix_s` on; its parameters are not stored."""
-    return record_dive(
-        file,
-        configuration,
-        mission,
-        root,
-        seed=seed,
-        unix_s=unix_s,
-        parameters=parameters_of(file, None),
-        mode=Mode.OFF,
-        progress=progress,
-    )
 
 
 class AlongsideLink(Wrapper):

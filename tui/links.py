@@ -106,6 +106,11 @@ def holder_of(spec: str) -> Holding | None:
     return next((holding for holding in recordings_now() if holds(holding, spec)), None)
 
 
+def holding_of(spec: str | None) -> Holding | None:
+    """The running recording that holds this link; if none is named, the one that other programs go through."""
+    return holding_now() if spec is None else holder_of(spec)
+
+
 def _is_first(holding: Holding) -> bool:
     """Whether it is the recording that other programs go through if they name no link."""
     first = holding_now()

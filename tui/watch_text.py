@@ -229,7 +229,14 @@ def header(picture: Picture, holding: Holding | None, fault: str = "") -> list[s
 def sensor_table(picture: Picture) -> show.Table:
     """Each sensor, its rate and age, and its problem, if any."""
     rows = [
-        (row.name, row.condition.value, _rate(row), show.number(row.expected_hz, 3), _age(row), row.words)
+        (
+            row.name,
+            row.condition.value,
+            show.number(row.rate_hz or None, 3),
+            show.number(row.expected_hz, 3),
+            f"{row.age_s:.1f}" if math.isfinite(row.age_s) else GONE,
+            row.words,
+        )
         for row in picture.sensors
     ]
     columns = ("sensor", "state", "Hz", "expected", "age s", "")
@@ -302,14 +309,6 @@ def plain(picture: Picture) -> dict[str, Any]:
         "gap": None if picture.gap is None else asdict(picture.gap),
         "alarms": [asdict(alarm) | {"kind": alarm.kind.value} for alarm in picture.alarms],
     }
-
-
-def _rate(row: SensorRow) -> str:
-    return show.number(row.rate_hz, 3) if row.rate_hz else "-"
-
-
-def _age(row: SensorRow) -> str:
-    return f"{row.age_s:.1f}" if math.isfinite(row.age_s) else GONE
 
 
 def _of_thruster(value: float, freshness: Freshness) -> str:

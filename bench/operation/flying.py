@@ -25,6 +25,7 @@ from bridge.links.link import Link
 from bridge.onboard.parameters import parameters_of
 from bridge.simulator.missions import mission_named
 from bridge.vehicle.config import VehicleFile, load_vehicle
+from bridge.vehicle.mode import Mode
 from gcs_plugin import simulated
 from gcs_plugin.flying.plan import FlightPlan, flight_plan
 from gcs_plugin.flying.run import Outcome, PlanFlight, Wanted, Widths
@@ -86,8 +87,8 @@ def measured(configuration: str, seed: int) -> Data:
     flown_plan = plan_of(file, Limits())
     mission = mission_named(configuration, file.vehicle.configurations[configuration])
     with tempfile.TemporaryDirectory() as folder:
-        hand = simulated.dive_with_pid(
-            file, configuration, mission, Path(folder), seed, time.time(), lambda _: None
+        hand = simulated.record_dive(
+            file, configuration, mission, Path(folder), seed=seed, unix_s=time.time(), mode=Mode.OFF
         )
         by_hand = widths_of(hand.path, str(file.path), configuration)
         widest = as_well(by_hand, flown_plan.coefficients)

@@ -69,8 +69,15 @@ def campaign(
     """Dive the paper's mission with its PID alone and its linear heading references, and identify."""
     file = load_vehicle(VEHICLE)
     mission = mission_named(configuration, file.vehicle.configurations[configuration], HEADING)
-    folder = simulated.dive_with_pid(
-        file, configuration, mission, root, seed, unix_s, lambda share: progress(DIVE_SHARE * share)
+    folder = simulated.record_dive(
+        file,
+        configuration,
+        mission,
+        root,
+        seed=seed,
+        unix_s=unix_s,
+        mode=Mode.OFF,
+        progress=lambda share: progress(DIVE_SHARE * share),
     )
     dive = read_dive(folder.path, None, file)
     return identified(

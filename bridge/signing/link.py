@@ -340,7 +340,7 @@ class SignedLink(Wrapper):
         # A stranger's datagrams must not delay those of the vehicle.
         for _ in range(MOST_REFUSED_A_READ):
             data = self._link.read(timeout_s)
-            admitted = self._admitted(data)
+            admitted = b"".join(map(self._gate.admit, self._framer.hear(data, self._clock.boot_s())))
             if admitted or not data:
                 break
             timeout_s = 0.0
@@ -367,9 +367,6 @@ class SignedLink(Wrapper):
     def close(self) -> None:
         self._gate.close()
         self._link.close()
-
-    def _admitted(self, data: bytes) -> bytes:
-        return b"".join(map(self._gate.admit, self._framer.hear(data, self._clock.boot_s())))
 
     def _signed(self, raw: bytes) -> bytes:
         try:

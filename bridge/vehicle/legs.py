@@ -120,7 +120,7 @@ class Mission:
 
     def reference(self, time_s: float) -> Reference:
         """Return the reference at a time; before and after the mission, the reference at its start or end."""
-        index = self._index(time_s)
+        index = min(max(bisect_right(self._starts, time_s) - 1, 0), len(self.legs) - 1)
         leg, since = self.legs[index], min(max(time_s, 0.0), self.duration_s) - self._starts[index]
         before = self.legs[index - 1].velocity if index else STILL
         heading, depth = self._poses[index]
@@ -133,9 +133,6 @@ class Mission:
     def spans(self) -> tuple[tuple[Leg, float, float], ...]:
         """Every leg with its start and end in seconds."""
         return tuple(zip(self.legs, self._starts, self._starts[1:], strict=False))
-
-    def _index(self, time_s: float) -> int:
-        return min(max(bisect_right(self._starts, time_s) - 1, 0), len(self.legs) - 1)
 
 
 def _axis(start: float, end: float, leg: Leg, since_s: float) -> tuple[float, float, float]:

@@ -6,7 +6,7 @@ in nats, is the misfit that it explains beyond its number of parameters.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
@@ -60,19 +60,23 @@ def likeliest(
         return ()
     best = max(fits)[0]
     odds = [math.exp(evidence - best) for evidence, _, _ in fits]
-    causes = [Cause(label, odd / sum(odds), words) for odd, (_, label, words) in zip(odds, fits, strict=True)]
-    return tuple(sorted((c for c in causes if c.probability >= LEAST_SHARE), key=lambda c: -c.probability))
+    return _named(
+        Cause(label, odd / sum(odds), words) for odd, (_, label, words) in zip(odds, fits, strict=True)
+    )
 
 
 def likeliest_thruster(loss: Loss, *, sized: bool) -> tuple[Cause, ...]:
     """The thrusters that lack thrust, the likeliest first, and how much where the loss is `sized`."""
     odds = np.exp(loss.evidence - loss.evidence.max())
-    causes = (
+    return _named(
         Cause(f"weak_thruster of thruster {number}", odd, _weak(number, lost) if sized else _weak(number))
         for number, (odd, lost) in enumerate(
             zip((odds / odds.sum()).tolist(), loss.share.tolist(), strict=True), 1
         )
     )
+
+
+def _named(causes: Iterable[Cause]) -> tuple[Cause, ...]:
     return tuple(sorted((c for c in causes if c.probability >= LEAST_SHARE), key=lambda c: -c.probability))
 
 

@@ -4,13 +4,11 @@ The command, the app and MAVProxy show the same lines and notes.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any
+from dataclasses import dataclass
 
-from bridge import schema
 from bridge.vehicle.parameters import MODE
 from gcs_plugin.params.last_accepted import AcceptedValue
-from gcs_plugin.params.meaning import acting, acting_text, coefficient_of, is_unset, unit_of, word_for
+from gcs_plugin.params.meaning import acting, acting_text, coefficient_of, unit_of
 from gcs_plugin.params.plan import Plan, Row, Verdict
 from gcs_plugin.params.plausible import half_a_model, other_half
 from gcs_plugin.params.sidecar import Interval, Sidecar
@@ -66,22 +64,10 @@ class Compared:
         """Whether it can be written; an implausible value can be, once it is chosen."""
         return self.changes or self.implausible
 
-    def acts_by(self, value: float | None) -> float | None:
-        """The value by which the vehicle acts with `value`: an absent gain is a gain of 1."""
-        return None if value is None else acting(self.name, value)
-
-    def word_for(self, value: float | None) -> str:
-        """The word that stands for `value`, "" for none; see `plan.word_for`."""
-        return "" if value is None else word_for(self.name, value)
-
-    def is_unset(self, value: float | None) -> bool:
-        """Whether `value` is the 0 of a mass or damping, which says that there is none; see `plan.is_unset`."""
-        return value is not None and is_unset(self.name, value)
-
     @property
     def percent(self) -> str:
         """The change relative to the present value: `+16 %`; "" if there is nothing to relate it to."""
-        present = self.acts_by(self.present)
+        present = 0.0 if self.present is None else acting(self.name, self.present)
         if not present or self.name == MODE:
             return ""
         percent = 100 * (acting(self.name, self.target) - present) / abs(present)
@@ -222,11 +208,3 @@ class Comparison:
     def accepted(self, chosen: Collection[str]) -> tuple[str, ...]:
         """Chosen lines that are written although they are implausible."""
         return tuple(line.name for line in self.parameters if line.implausible and line.name in chosen)
-
-    @classmethod
-    def from_json(cls, data: Any, source: str) -> "Comparison":
-        """The comparison that `to_json` wrote; `source` names it in messages. Raises ConfigError for anything else."""
-        return schema.build(cls, data, source)
-
-    def to_json(self) -> dict[str, Any]:
-        return asdict(self)

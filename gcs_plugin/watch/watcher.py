@@ -153,7 +153,10 @@ class Watcher:
         if number == _HEARTBEAT and peer is not None and peer.heartbeat is not None:
             self._beat(peer.source, peer.heartbeat)
         from_vehicle = frame.system == self.system
-        is_ours = from_vehicle or (number in FROM_ANYONE and not self._is_vehicle(frame.system))
+        is_ours = from_vehicle or (
+            number in FROM_ANYONE
+            and not any(peer.is_vehicle and peer.source[0] == frame.system for peer in self.peers)
+        )
         if not is_ours or self._is_twice(frame, arrived_s):
             return
         if number in TELLING:
@@ -260,9 +263,6 @@ class Watcher:
         newest_s = max((beat.time_s for beat in self._system_beats.values()), default=-math.inf)
         most = max((count for count, _ in self._beats_counted.values()), default=0)
         return most < SETTLED_BEATS and now_s - newest_s > PASSED_S
-
-    def _is_vehicle(self, system: int) -> bool:
-        return any(peer.is_vehicle and peer.source[0] == system for peer in self.peers)
 
     def _commander(self) -> int | None:
         """The component that decides whether the vehicle is armed: an autopilot before a companion computer."""

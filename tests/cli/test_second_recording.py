@@ -13,7 +13,6 @@ from gcs_plugin.dives.folder import new_folder
 from gcs_plugin.fetch.merging import write_records
 from gcs_plugin.recording.state import held, held_second, release, state_file, write_holding
 from tui import links
-from tui.commands import watch
 from tui.links import coming_back, link_for, recordings_now, refuse_second
 
 pytestmark = pytest.mark.usefixtures("switched_off")
@@ -96,7 +95,7 @@ def test_a_link_by_way_of_the_second_never_comes_back_by_way_of_the_first(monkey
     ("spec", "folder"), [(None, "/dives/first"), (SECOND, "/dives/second"), ("udpin:127.0.0.1:9", None)]
 )
 def test_watch_shows_the_recording_of_its_own_link_and_of_no_other(spec, folder):
-    holding = watch._holding(spec)
+    holding = links.holding_of(spec)
     assert (holding and holding.folder) == folder
 
 

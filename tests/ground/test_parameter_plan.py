@@ -6,6 +6,7 @@ import json
 import pytest
 
 from bridge.errors import ConfigError, ParamRejected, ParamUnknown
+from bridge.schema import build
 from bridge.vehicle.parameters import set_crc
 from gcs_plugin.params import float32
 from gcs_plugin.params.comparison import Comparison, compared
@@ -422,10 +423,10 @@ def test_another_program_reads_a_comparison_as_it_was_written(tmp_path, file):
     present = {"FF1_M_U": 90.0, "FF_ACTIVE": 0.0, "FF_COMMIT": 0.0, "FF_MODE": 2.0}
     made = propose_upload(file, wanted, present, None, tmp_path, 1).comparison((1, 191), armed=True)
     assert made.parameters[1].doubted == "the dive is too short"
-    read = Comparison.from_json(json.loads(json.dumps(made.to_json())), "it")
+    read = build(Comparison, json.loads(json.dumps(dataclasses.asdict(made))), "it")
     assert read == made
     with pytest.raises(ConfigError, match="it: "):
-        Comparison.from_json({"summary": "3 parameters"}, "it")
+        build(Comparison, {"summary": "3 parameters"}, "it")
 
 
 def test_lines_are_chosen_of_those_that_change_and_bring_the_staged_ones_with_them(file, tmp_path):

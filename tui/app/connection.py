@@ -104,9 +104,7 @@ class Connection:
             unix_at_zero_s=self._clock.unix_s() - self._clock.boot_s(),
             settings=self._alarms,
             accepted=partial(accepted_values, self._receipts, self._file.vehicle.name if self._file else ""),
-            recorded=lambda: links.recorded_by(
-                links.holder_of(self._looked_at) if self._looked_at else links.holding_now()
-            ),
+            recorded=lambda: links.recorded_by(links.holding_of(self._looked_at or None)),
         )
 
     def switch(self, heard: Sequence[KnownVehicle]) -> Switch:

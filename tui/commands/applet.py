@@ -9,8 +9,6 @@ from bridge import exit_codes
 from bridge.ardusub.applet import NAME
 from bridge.command_line import check_folder
 from bridge.links import secured
-from bridge.links.link import Link
-from bridge.links.reconnecting import Reconnecting
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import word_of
 from gcs_plugin.applet import Deployment, State
@@ -28,13 +26,7 @@ def run(arguments: argparse.Namespace) -> int:
     file = load_vehicle(arguments.vehicle)
     clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
-    # Opened once here, so that a link that can't be opened is said at once.
-    first = [links.link_for(arguments.link, opener.open)]
-
-    def again() -> Link:
-        return first.pop() if first else links.link_for(arguments.link, opener.open)
-
-    link = Reconnecting(again, clock, first[0].name)
+    link = links.coming_back(links.link_for(arguments.link, opener.open), arguments.link, clock, opener.open)
     try:
         with show.progress("looking for the vehicle"):
             deployment = Deployment(link, clock, file, file.configuration_chosen(), arguments.system)

@@ -90,7 +90,7 @@ def _score(arguments: argparse.Namespace) -> int:
 def _show(result: Score, json_target: str | None) -> None:
     console = show.results(json_target)
     rows = [
-        (_percent(rate), *_bounds(rate), str(rate.of), measure.value)
+        (f"{100 * rate.share:.1f}" if rate.of else "-", *_bounds(rate), str(rate.of), measure.value)
         for measure, rate in result.rates.items()
     ]
     columns = ("%", "low 95", "high 95", "cases", "what")
@@ -115,10 +115,6 @@ def _show(result: Score, json_target: str | None) -> None:
 def _size(floors: float) -> str:
     """A size in multiples of the noise floor; below 0.01, a refit absorbs the effect completely."""
     return "<0.01" if floors < 0.01 else show.number(floors, 2)
-
-
-def _percent(rate: Rate) -> str:
-    return f"{100 * rate.share:.1f}" if rate.of else "-"
 
 
 def _bounds(rate: Rate) -> tuple[str, str]:

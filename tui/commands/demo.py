@@ -192,8 +192,15 @@ def campaign(
     """Dive the paper's mission of a configuration with its PID alone, and identify from the recording."""
     file = load_vehicle(VEHICLE)
     mission = mission_named(configuration, file.vehicle.configurations[configuration])
-    folder = simulated.dive_with_pid(
-        file, configuration, mission, root, seed, unix_s, lambda share: progress(DIVE_SHARE * share)
+    folder = simulated.record_dive(
+        file,
+        configuration,
+        mission,
+        root,
+        seed=seed,
+        unix_s=unix_s,
+        mode=Mode.OFF,
+        progress=lambda share: progress(DIVE_SHARE * share),
     )
     dive = read_dive(folder.path, None, file)
     identification = identify(

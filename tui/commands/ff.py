@@ -3,6 +3,7 @@
 import argparse
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Final, Self
 
 from rich.console import Console
@@ -93,7 +94,8 @@ def switch_to(mode: Mode, arguments: argparse.Namespace, link: Link, clock: Cloc
         return progress.over() or bool(switch.refusal)
 
     with Progress(words, switch, clock, arguments.seconds or PATIENCE_S) as progress:
-        drive(line, over)
+        while not over():
+            line.step()
     return progress.outcome(arguments.json)
 
 
@@ -228,12 +230,6 @@ class SwitchLink:
         self._link.close()
 
 
-def drive(line: SwitchLink, over: Callable[[], bool]) -> None:
-    """Step until `over`. Raises LinkError if the link is lost."""
-    while not over():
-        line.step()
-
-
 def drive_through_losses(
     line: SwitchLink, over: Callable[[], bool], again: Callable[[], SwitchLink], tell: Tell
 ) -> None:
@@ -244,7 +240,8 @@ def drive_through_losses(
         while not over():
             if now is None:
                 pause.wait(REOPEN_EVERY_S)
-                now = _opened(again)
+                with suppress(LinkError, UsageError):  # not possible yet
+                    now = again()
                 continue
             try:
                 now.step()
@@ -257,11 +254,3 @@ def drive_through_losses(
     finally:
         if now is not None:
             now.close()
-
-
-def _opened(again: Callable[[], SwitchLink]) -> SwitchLink | None:
-    """Open another line; None if that is not possible yet."""
-    try:
-        return again()
-    except (LinkError, UsageError):
-        return None

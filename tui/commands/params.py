@@ -4,7 +4,7 @@ import argparse
 import os
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import asdict, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
 
@@ -118,7 +118,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def show_values(arguments: argparse.Namespace, present: Mapping[str, float], vehicle: Source) -> int:
     """`params show`."""
-    patterns = {given: _pattern(given) for given in arguments.patterns or ["*"]}
+    patterns = {
+        given: given.upper() if "*" in given else f"{given.upper()}*" for given in arguments.patterns or ["*"]
+    }
     shown = {name: v for name, v in present.items() if any(fnmatchcase(name, p) for p in patterns.values())}
     missed = [given for given, p in patterns.items() if not any(fnmatchcase(name, p) for name in present)]
     if shown:
@@ -138,10 +140,6 @@ def show_values(arguments: argparse.Namespace, present: Mapping[str, float], veh
     return files.code(exit_codes.NO if missed else exit_codes.DONE)
 
 
-def _pattern(given: str) -> str:
-    return given.upper() if "*" in given else f"{given.upper()}*"
-
-
 def show_plan(arguments: argparse.Namespace, proposal: Proposal, hidden: Collection[Verdict]) -> None:
     """Print the plan's lines, without those of the `hidden` verdicts, and its summary."""
     console, cells = show.results(arguments.json), proposal.cells(hidden)
@@ -155,7 +153,7 @@ def show_plan(arguments: argparse.Namespace, proposal: Proposal, hidden: Collect
 def show_difference(arguments: argparse.Namespace, proposal: Proposal, client: ParameterClient) -> int:
     """`params diff`, and `upload` and `rollback` with `--dry-run`."""
     show_plan(arguments, proposal, (Verdict.READ_ONLY,))
-    show.write_json(proposal.comparison(client.vehicle, armed=client.armed).to_json(), arguments.json)
+    show.write_json(asdict(proposal.comparison(client.vehicle, armed=client.armed)), arguments.json)
     alike = all(row.verdict in (Verdict.SAME, Verdict.READ_ONLY) for row in proposal.plan.rows)
     return exit_codes.DONE if alike else exit_codes.NO
 

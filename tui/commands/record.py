@@ -155,7 +155,7 @@ def record(arguments: argparse.Namespace, clock: Clock, hub: Hub | None) -> int:
             state.tell(recorder)
             command_line.until_stopped(work, clock, arguments.seconds, each)
         finally:
-            state.end()
+            release()
     last = dives.end(recorder.count)
     show.say(show.results(arguments.json), last.words)
     if last.advice:
@@ -187,7 +187,11 @@ def sockets(links: Sequence[str], hub: Hub | None) -> list[str]:
 
 def summary(recorder: Recorder, dives: list[RecordedDive]) -> dict[str, Any]:
     """Summary of the recording as plain data: the last dive, the earlier dives, and the links over all of them."""
-    *earlier, last = ({"folder": str(dive.folder) if dive.folder else None} | _counts(dive) for dive in dives)
+    *earlier, last = (
+        {"folder": str(dive.folder) if dive.folder else None}
+        | {key: value for key, value in asdict(dive.count).items() if key != "heard"}
+        for dive in dives
+    )
     return last | {
         "earlier": earlier,
         "lost_here": recorder.lost_here,
@@ -196,11 +200,6 @@ def summary(recorder: Recorder, dives: list[RecordedDive]) -> dict[str, Any]:
             for name, receptions in recorder.receptions.items()
         },
     }
-
-
-def _counts(dive: RecordedDive) -> dict[str, int]:
-    count = dive.count
-    return {key: value for key, value in asdict(count).items() if key != "heard"}
 
 
 def described(about: About, root: Path, *, same_conditions: bool) -> Callable[[DiveFolder], About]:
@@ -290,9 +289,6 @@ class RecordingState:
             if not self._fault:
                 show.say(show.words(), f"warning: {error}")
             self._fault = str(error)
-
-    def end(self) -> None:
-        release()
 
     def _vehicles(self, recorder: Recorder) -> tuple[HeardVehicle, ...]:
         boot_s, unix_s = self._clock.boot_s(), self._clock.unix_s()

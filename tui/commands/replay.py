@@ -54,10 +54,6 @@ def run(arguments: argparse.Namespace) -> int:
     finally:
         link.close()
     frames = "frame" if sent == 1 else "frames"
-    show.say(show.results(), f"{sent} {frames} sent to {link.name}{_untold(left_out)}")
+    untold = f"; {left_out} of SETUP_SIGNING left out, which would set a key to sign with" if left_out else ""
+    show.say(show.results(), f"{sent} {frames} sent to {link.name}{untold}")
     return exit_codes.DONE
-
-
-def _untold(left_out: int) -> str:
-    """Say which frames were not sent; "" if all were."""
-    return f"; {left_out} of SETUP_SIGNING left out, which would set a key to sign with" if left_out else ""

@@ -135,7 +135,7 @@ def dive(
             truth=truth,
             progress=lambda share: tell(share, f"{share * mission.duration_s:.0f} s of {mission.name}"),
             links=links,
-            pace=at_once if math.isinf(times) else real_time(times),
+            pace=(lambda _: None) if math.isinf(times) else real_time(times),
         )
     outcome = {
         "folder": str(folder.path),
@@ -258,10 +258,6 @@ def under_ardusub(arguments: argparse.Namespace, file: VehicleFile, configuratio
     finally:
         devices.close()
     return exit_codes.DONE
-
-
-def at_once(_: float) -> None:
-    """Pace of simulated time that never waits."""
 
 
 def accepted_truth(path: Path, file: VehicleFile, configuration: str) -> tuple[Truth, tuple[str, ...]]:

@@ -251,7 +251,9 @@ def _lags(errors: dict[str, TrackingErrors]) -> Table:
             label,
             "-" if math.isnan(axis.delay_s) else f"{round(1000 * axis.delay_s)}",
             _speed(axis.acceleration_less_delay, axis.axis),
-            _with_unit(axis.pid_magnitude, "N" if axis.unit == "m/s" else "N m"),
+            f"{show.number(axis.pid_magnitude, 3)} {'N' if axis.unit == 'm/s' else 'N m'}"
+            if math.isfinite(axis.pid_magnitude)
+            else "-",
         )
         for label, tracking in errors.items()
         for axis in tracking.axes
@@ -259,7 +261,3 @@ def _lags(errors: dict[str, TrackingErrors]) -> Table:
     return show.Table(
         "delay behind the reference, and what the PID still does", columns, rows, numbers=columns[2:]
     )
-
-
-def _with_unit(value: float, unit: str) -> str:
-    return f"{show.number(value, 3)} {unit}" if math.isfinite(value) else "-"

@@ -36,7 +36,7 @@ CLOCK_TIME = slice(11, None)
 
 
 def run(arguments: argparse.Namespace) -> int:
-    file, settings = _vehicle(arguments.vehicle, _holding(arguments.link)), load_settings()
+    file, settings = _vehicle(arguments.vehicle, links.holding_of(arguments.link)), load_settings()
     bell = Bell(settings, show.results(arguments.json).bell)
     clock = clocks.SystemClock()
     opener = secured.Opener(arguments.sign_key, clock, secured.on_words)
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace) -> int:
             clock.unix_s() - clock.boot_s(),
             settings,
             partial(accepted_values, Path(arguments.receipts), file.vehicle.name if file else ""),
-            lambda: links.recorded_by(_holding(arguments.link)),
+            lambda: links.recorded_by(links.holding_of(arguments.link)),
         )
         reader = LinkReader(link, watcher, clock, lambda: opener.words(arguments.link or ""))
         if arguments.once:
@@ -60,18 +60,13 @@ def run(arguments: argparse.Namespace) -> int:
     picture = reader.picture
     if arguments.once:
         console = show.results(arguments.json)
-        show.say(console, *header(picture, _holding(arguments.link), reader.wrong()))
+        show.say(console, *header(picture, links.holding_of(arguments.link), reader.wrong()))
         for table in tables(picture):
             show.put(console, table)
     show.write_json(plain(picture), arguments.json)
     if not reader.frames:
         show.say(show.words(), f"nothing arrived on {link.name}; check vehicle, cable and port")
     return code(reader.frames, picture, arguments.once)
-
-
-def _holding(spec: str | None) -> Holding | None:
-    """The recording of the link that is watched."""
-    return links.holding_now() if spec is None else links.holder_of(spec)
 
 
 def code(frames: int, picture: Picture, once: bool) -> int:
@@ -125,7 +120,7 @@ def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> Non
         before, newest = newest, reader.picture
         if newest is before:
             return False
-        holding = _holding(None) or holding
+        holding = links.holding_now() or holding
         over = arguments.link is None and is_over(holding, clock.unix_s())
         shown = replace(newest, alarms=()) if over else newest
         bell.hear(shown.alarms, shown.now_s)
@@ -135,7 +130,7 @@ def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> Non
 
         def tell(_: float) -> None:
             if new():
-                seen = line(shown, _holding(arguments.link), reader.fault)
+                seen = line(shown, links.holding_of(arguments.link), reader.fault)
                 show.say(console, f"{utc_text(clock.unix_s())[CLOCK_TIME]} {seen}")
 
         command_line.until_stopped(reader.listen, clock, arguments.seconds, tell)
@@ -145,7 +140,7 @@ def _shown(reader: LinkReader, arguments: argparse.Namespace, bell: Bell) -> Non
         def draw(_: float) -> None:
             if new():
                 size = console.size
-                seen = screen(shown, _holding(arguments.link), size.width, size.height, reader.fault)
+                seen = screen(shown, links.holding_of(arguments.link), size.width, size.height, reader.fault)
                 live.update(seen, refresh=True)
 
         command_line.until_stopped(reader.listen, clock, arguments.seconds, draw)

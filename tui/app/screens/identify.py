@@ -49,7 +49,7 @@ class IdentifyScreen(DiveScreen):
 
     def body(self) -> ComposeResult:
         yield Drawn(self._progress, id="identify-progress")
-        yield Drawn(self._charts, id="identify-curves")
+        yield Drawn(lambda cells, rows: curves(self._reports(), cells, rows), id="identify-curves")
         with VerticalScroll(id="identify-scroll"):
             yield Drawn(self._result, id="identify-result")
 
@@ -98,7 +98,7 @@ class IdentifyScreen(DiveScreen):
         if action == "curves":
             return self._answered and bool(passes_of(self._reports()))
         if action == "parameters":
-            return not self._answered or self._has_values
+            return not self._answered or (self._shown is not None and self._shown.param is not None)
         return super().check_action(action, parameters)
 
     def close_up(self) -> None:
@@ -112,10 +112,6 @@ class IdentifyScreen(DiveScreen):
         elif other or self._answered:
             self._shown = load_identified(self.dive, self.desk.receipts, self.unkept)
         self._arrange()
-
-    @property
-    def _has_values(self) -> bool:
-        return self._shown is not None and self._shown.param is not None
 
     @property
     def _answered(self) -> bool:
@@ -139,9 +135,6 @@ class IdentifyScreen(DiveScreen):
     def _progress(self, cells: int, _: int) -> Lines:
         state = self.job
         return () if state is None else progress(state, self.desk.jobs.now_s(), cells, self._then)
-
-    def _charts(self, cells: int, rows: int) -> Lines:
-        return curves(self._reports(), cells, rows)
 
     def _result(self, cells: int, _: int) -> Lines:
         lines = ended(self.VERB, self.job, cells)

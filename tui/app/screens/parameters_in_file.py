@@ -9,9 +9,9 @@ from bridge.errors import LogError, ParamError
 from bridge.files import written_ns
 from gcs_plugin.params.files import read_parameters
 from gcs_plugin.params.last_accepted import accepted_of
-from gcs_plugin.params.meaning import NOT_SET, acting, is_unset, unit_of
+from gcs_plugin.params.meaning import unit_of
 from tui.app.drawing import SAME, Lines, lines_of, titled, wrapped
-from tui.app.screens.parameters_table import UNITLESS, number
+from tui.app.screens.parameters_table import UNITLESS, acting_number
 
 HEADS: Final = ("name", "in the file", "last accepted", "unit")
 Row = tuple[str, str, str, str]
@@ -55,12 +55,6 @@ def _read(file: Path, receipts: Path, *_changed_ns: int) -> tuple[tuple[Row, ...
         accepted = known[name].value if name in known else None
         if not math.isclose(value, accepted or 0.0, rel_tol=SAME):
             unit = unit_of(name)
-            rows.append((name, _text(name, value), _text(name, accepted), "" if unit == UNITLESS else unit))
+            texts = acting_number(name, value), acting_number(name, accepted)
+            rows.append((name, *texts, "" if unit == UNITLESS else unit))
     return tuple(rows), len(wanted) - len(rows)
-
-
-def _text(name: str, value: float | None) -> str:
-    """The value by which the vehicle would act, in the table's digits."""
-    if value is None:
-        return number(None)
-    return NOT_SET if is_unset(name, value) else number(acting(name, value))

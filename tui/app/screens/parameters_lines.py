@@ -7,7 +7,7 @@ from typing import Any, Final
 from bridge import exit_codes
 from bridge.reports import APPLIED, WRITING, Written
 from gcs_plugin.params.comparison import Compared, Comparison
-from gcs_plugin.params.meaning import NOT_SET
+from gcs_plugin.params.meaning import NOT_SET, acting, is_unset
 from gcs_plugin.params.upload import Stage
 from tui.app.drawing import Lines, ago, lines_of, titled, wrapped
 from tui.app.jobs import JobState, progress
@@ -55,12 +55,12 @@ def _against_interval(change: float) -> str:
 
 def _value(entry: Compared, value: float) -> str:
     """The value by which the vehicle acts, with a note if it is a default because the parameter is not set."""
-    acts_by = entry.acts_by(value)
-    return acting_number(entry, value) if acts_by == value else f"{number(acts_by)} ({NOT_SET})"
+    acts_by = acting(entry.name, value)
+    return acting_number(entry.name, value) if acts_by == value else f"{number(acts_by)} ({NOT_SET})"
 
 
 def _in_unit(entry: Compared, value: float) -> str:
-    has_unit = entry.unit not in ("", "1") and not entry.is_unset(value)
+    has_unit = entry.unit not in ("", "1") and not is_unset(entry.name, value)
     return f"{_value(entry, value)} {entry.unit}" if has_unit else _value(entry, value)
 
 

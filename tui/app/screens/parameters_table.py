@@ -6,6 +6,7 @@ from typing import Final
 
 from bridge.reports import Written
 from gcs_plugin.params.comparison import Compared, Comparison
+from gcs_plugin.params.meaning import acting, word_for
 from gcs_plugin.params.plan import Verdict
 from gcs_plugin.params.proposal import TAKEN_BACK
 from tui.app.drawing import NOTHING, Line, Lines, Role, Span, around
@@ -175,10 +176,12 @@ def _values(
     stale: bool,
 ) -> _Columns:
     """Name, old and new value with so many digits, and their difference in per cent."""
-    roles = [_role(entry, chosen) for entry in entries]
-    olds = (f"{acting_number(entry, entry.present, digits)}{ARROW}" for entry in entries)
+    roles: list[Role] = [
+        "strong" if entry.name in chosen else "plain" if entry.choosable else "quiet" for entry in entries
+    ]
+    olds = (f"{acting_number(entry.name, entry.present, digits)}{ARROW}" for entry in entries)
     of_olds: list[Role] = ["stale" if stale else "plain" if entry.changes else "quiet" for entry in entries]
-    targets = (acting_number(entry, entry.target, digits) for entry in entries)
+    targets = (acting_number(entry.name, entry.target, digits) for entry in entries)
     percents = (entry.percent or NOTHING for entry in entries)
     return (
         _column("name", _spans((entry.name for entry in entries), roles)),
@@ -188,15 +191,11 @@ def _values(
     )
 
 
-def _role(entry: Compared, chosen: Collection[str]) -> Role:
-    return "strong" if entry.name in chosen else "plain" if entry.choosable else "quiet"
-
-
 def _in_intervals(entries: Sequence[Compared]) -> _Columns:
     """Half the interval, the change in halves of it, and the value last accepted."""
     halves = (number(half(entry)) for entry in entries)
     changes = (_change(entry.change) for entry in entries)
-    accepted = (acting_number(entry, entry.accepted) for entry in entries)
+    accepted = (acting_number(entry.name, entry.accepted) for entry in entries)
     quiet: list[Role] = ["quiet"] * len(entries)
     return (
         _Column(HALF, _spans(halves, quiet)),
@@ -219,9 +218,11 @@ def number(value: float | None, digits: int = DIGITS) -> str:
     return NOTHING if value is None else f"{value + 0.0:.{digits}g}"
 
 
-def acting_number(entry: Compared, value: float | None, digits: int = DIGITS) -> str:
-    """The value by which the vehicle acts, to so many digits, or the word that stands for it."""
-    return entry.word_for(value) or number(entry.acts_by(value), digits)
+def acting_number(name: str, value: float | None, digits: int = DIGITS) -> str:
+    """The value by which a vehicle acts with this parameter, to so many digits, or the word that stands for it."""
+    if value is None:
+        return NOTHING
+    return word_for(name, value) or number(acting(name, value), digits)
 
 
 def _change(change: float | None) -> str:

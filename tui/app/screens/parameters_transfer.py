@@ -9,6 +9,7 @@ from typing import Any, Final
 from bridge.errors import ConfigError, ParamError
 from bridge.exit_codes import NothingLeft
 from bridge.files import written_ns
+from bridge.schema import build
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.mode import ACTING
 from gcs_plugin.params.comparison import Comparison
@@ -48,7 +49,7 @@ def comparison(data: Any) -> Comparison | None:
     """The comparison that a verb left, without lines that can only be read; None if it is missing or not a
     comparison."""
     try:
-        read = Comparison.from_json(data, READ)
+        read = build(Comparison, data, READ)
     except ConfigError:
         return None
     lines = (line for line in read.parameters if line.verdict != Verdict.READ_ONLY.value)

@@ -72,7 +72,8 @@ def _link(link: LinkRow, name_cells: int, cells: int) -> Lines:
     condition = Condition.BAD if link.lost else Condition.OK
     head = _head(condition, _link_name(link), "plain", name_cells, cells)
     if link.lost:
-        return _with_words(head, f"lost, {_heard(link.age_s)}", "bad", cells)
+        heard = f"heard {ago(link.age_s)}" if math.isfinite(link.age_s) else "never heard"
+        return _with_words(head, f"lost, {heard}", "bad", cells)
     return (_with_rate(head, link.rate_hz, math.nan, link.age_s, cells),)
 
 
@@ -92,10 +93,6 @@ def _sensor(row: SensorRow, name_cells: int, cells: int) -> Lines:
     if row.words:
         return _with_words(head, row.words, MARKS[row.condition][1], cells)
     return (_with_rate(head, row.rate_hz, row.expected_hz, row.age_s, cells),)
-
-
-def _heard(age_s: float) -> str:
-    return f"heard {ago(age_s)}" if math.isfinite(age_s) else "never heard"
 
 
 def _head(condition: Condition, name: str, role: Role, name_cells: int, cells: int) -> Line:
