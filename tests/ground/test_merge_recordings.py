@@ -204,6 +204,14 @@ def test_a_pause_in_the_unheard_end_of_a_boot_is_no_clock_that_was_set(tmp_path)
     assert [raw for _, raw in result.records] == sent
 
 
+@pytest.mark.parametrize(("begins_s", "ends_s"), [(40.0, 60.0), (20.0, 30.0)])
+def test_a_recording_without_a_common_frame_is_refused_with_the_reason(tmp_path, frames, begins_s, ends_s):
+    folder = dive_of(tmp_path, of_it(frames, 0.0, 18.0) + of_it(frames, 32.0, 38.0))
+    write_records(tmp_path / "other.tlog", of_it(frames, begins_s, ends_s))
+    with pytest.raises(LogError, match="has hardly a frame in common with the dive; check"):
+        merge(folder, tmp_path / "other.tlog")
+
+
 @pytest.mark.parametrize("by_s", [-2.0, -60.0])
 def test_a_dive_whose_own_clock_was_set_back_dates_nothing_and_says_so(tmp_path, frames, by_s):
     at_us = frames[0][0] + round(STEP_AT_S * 1e6)
