@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import pytest
 from full_disk import fill
+from identified_json import identified
 
 from bridge import exit_codes
 from bridge.exit_codes import UsageError
@@ -28,35 +29,6 @@ from tui.commands.simulate import accepted_truth
 from tui.parameter_files import Leave, accepted_model
 
 BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles"
-
-
-def identified(path, **changed):
-    parameters = [
-        {
-            "name": "M_u",
-            "value": 111.0,
-            "std": 1.1,
-            "given_thrust_low95": 109.0,
-            "given_thrust_high95": 113.0,
-            "identifiable": True,
-        },
-        {
-            "name": "D_u",
-            "value": 56.0,
-            "std": 0.5,
-            "given_thrust_low95": 55.0,
-            "given_thrust_high95": 57.0,
-            "identifiable": True,
-        },
-        {"name": "M_w", "value": 999.0, "std": 500.0, "identifiable": False, "reason": "too little"},
-        {"name": "X_udot", "value": 39.0, "std": 1.0, "identifiable": True},
-    ]
-    data = {
-        "method": "likelihood", "outcome": "converged", "configuration": "hovering", "parameters": parameters,
-        "vehicle": {"name": "ruvifist", "sha256": "0" * 64},
-    }  # fmt: skip
-    path.write_text(json.dumps(data | changed), encoding="utf-8")
-    return path
 
 
 def export(*words):

@@ -1,6 +1,5 @@
 """`seatrial prior`: accepted values go into the vehicle file, wider, and nothing else in it changes."""
 
-import json
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -8,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import yaml
+from identified_json import identified
 
 from bridge import exit_codes
 from bridge.errors import ConfigError
@@ -29,28 +29,6 @@ BUNDLED = Path(__file__).resolve().parents[2] / "configs" / "vehicles" / "ruvifi
 def vehicle(tmp_path):
     path = tmp_path / "our.yaml"
     shutil.copy(BUNDLED, path)
-    return path
-
-
-def identified(path, weighed=False, **changed):
-    parameters: list[dict[str, object]] = [
-        {"name": "M_u", "value": 111.0, "std": 1.11, "identifiable": True},
-        {"name": "D_u", "value": 56.0, "std": 0.56, "identifiable": True},
-        {"name": "M_w", "value": 130.0, "std": 100.0, "identifiable": False, "reason": "too little"},
-        {"name": "X_udot", "value": 39.0, "std": 1.0, "identifiable": True},
-    ]
-    for parameter in parameters:
-        parameter |= {
-            "given_thrust": 0.9 * parameter["value"] if weighed else parameter["value"],
-            "given_thrust_std": parameter["std"],
-        }
-    data = {
-        "method": "likelihood", "outcome": "converged", "configuration": "hovering", "parameters": parameters,
-        "dive": {"name": "hovering-7", "sha256": "7" * 64, "date": "2026-11-20"},
-        "vehicle": {"name": "ruvifist", "sha256": "0" * 64},
-        "thrust_scale": {"weighed": weighed},
-    }  # fmt: skip
-    path.write_text(json.dumps(data | changed), encoding="utf-8")
     return path
 
 

@@ -1,4 +1,4 @@
-"""A dive with a hidden effect, from recording to answer; what can't be diagnosed is refused in a sentence."""
+"""A diagnosis from its dive to its verdict, on drawn and made-up vehicles."""
 
 import json
 from dataclasses import replace
@@ -429,3 +429,11 @@ class TestCommand:
         shown = " ".join(capsys.readouterr().out.split())
         assert "Beside what was accepted thrust gain (" in shown
         assert "no more than its values or the thrust curve are unsure by" in shown
+
+
+def test_the_gain_of_a_depth_sensor_is_named_with_its_size() -> None:
+    case = draw_case(100_011, names=["depth_scale"], size=1.0, seconds=80.0)
+    diagnosis = diagnose(dive_of(case), case.file, case.configuration, progress=lambda *_report: None)
+    (finding,) = diagnosis.findings
+    assert (diagnosis.verdict, finding.name) == ("explained", "depth_scale")
+    assert finding.parameters["scale"].value == pytest.approx(case.planted[0].parameters["scale"], rel=0.02)

@@ -2,6 +2,7 @@
 
 import pytest
 from faked_ground import Disk, Ground, frames_of
+from fakes.recordings import raws
 
 from bridge.clock import SimulatedClock
 from bridge.errors import LogError
@@ -137,3 +138,18 @@ def test_a_full_dive_that_could_not_go_on_in_a_next_one_is_tried_again_each_minu
     recorder.change(DiveCounts(1, 1, 1, 0, 1))
     assert [dive.folder for dive in begun] == [full.path]
     assert dives.folder != full
+
+
+def test_a_silent_dive_that_took_over_frames_of_the_one_before_is_kept(tmp_path):
+    ground, sent, over = Ground(Disk()), frames_of(20), []
+    dives = RecordedDives(tmp_path / "dives", "", lambda _: About(), ground.clock)
+    ground.disk.full, ground.disk.free = True, 0
+    for raw in sent:
+        ground.hear(raw)
+    dives.go_on(ground.recorder, over.append)
+    ground.hear(b"")
+    ground.recorder.close()
+    last = dives.end(ground.recorder.count)
+    assert (len(over), last.count.frames, last.count.lost) == (1, 20, 0)
+    assert last.folder is not None
+    assert raws(last.folder / "telemetry.tlog") == sent

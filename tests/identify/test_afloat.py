@@ -1,8 +1,10 @@
-"""The ends of a recording in which the vehicle floats are left out: the surface carries it there."""
+"""A vehicle that floats at the ends of a recording is left out there; one that never dived is warned of."""
 
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import fitted
 import numpy as np
 import pytest
 
@@ -10,7 +12,10 @@ from bridge.simulator.plant import Plant
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import Allocator, Pulses, thrust_curve
+from identify.checks.fit.at_the_surface import draught_m
 from identify.dive import Dive, Signal
+from identify.doubt import Outcome
+from identify.estimators.answer import answered
 from identify.estimators.axes.afloat import under_water
 from identify.estimators.axes.build import build_axes
 from identify.estimators.likelihood.answer import estimate
@@ -91,29 +96,20 @@ def test_of_a_recording_that_ends_afloat_only_the_end_is_told():
     assert f": the last {75 - end_s:.0f} s of thruster commands are left out." in note
 
 
-def test_a_vehicle_that_rests_deep_does_not_float():
-    dive = dived()
-    deep = Signal(dive.depth.time_s, dive.depth.value + 3.0)
+@pytest.mark.parametrize(
+    ("ends_s", "depth"),
+    [
+        pytest.param(90.0, lambda depth_m: depth_m + 3.0, id="it rests deep"),
+        pytest.param(90.0, lambda depth_m: 0.05 * depth_m, id="manoeuvres just below the surface"),
+        pytest.param(FLOATS_S, lambda depth_m: depth_m, id="it floats all along"),
+        pytest.param(90.0, None, id="without depth nothing tells"),
+    ],
+)
+def test_what_does_not_float_at_its_ends_or_all_along_is_kept_whole(ends_s, depth):
+    dive = dived().between(0.0, ends_s)
     forces = wrench(dive, FILE, "standard")
-    assert under_water(forces.spans_s, forces, deep, LEAST_N) == (forces.spans_s, ())
-
-
-def test_manoeuvres_just_below_the_surface_are_kept():
-    dive = dived()
-    shallow = Signal(dive.depth.time_s, 0.05 * dive.depth.value)
-    forces = wrench(dive, FILE, "standard")
-    assert under_water(forces.spans_s, forces, shallow, LEAST_N) == (forces.spans_s, ())
-
-
-def test_a_vehicle_that_floats_all_along_is_kept_whole():
-    dive = dived().between(0.0, FLOATS_S)
-    forces = wrench(dive, FILE, "standard")
-    assert under_water(forces.spans_s, forces, dive.depth, LEAST_N) == (forces.spans_s, ())
-
-
-def test_without_depth_nothing_tells_that_it_floats():
-    forces = wrench(dived(), FILE, "standard")
-    assert under_water(forces.spans_s, forces, None, LEAST_N) == (forces.spans_s, ())
+    at = depth and Signal(dive.depth.time_s, depth(dive.depth.value))
+    assert under_water(forces.spans_s, forces, at, LEAST_N) == (forces.spans_s, ())
 
 
 def test_a_wave_at_the_start_is_no_dive():
@@ -130,3 +126,36 @@ def test_the_events_of_every_axis_begin_under_water():
     (heave,) = build_axes(dived(), FILE, "standard", [2]).axes
     assert start_s - 0.01 <= heave.time_s[0]
     assert heave.time_s[-1] <= end_s + 0.01
+
+
+TIME_S = np.arange(0.0, 120.0, 0.1)
+
+
+def doubts_of(depth_m, **keys):
+    made = fitted.fit({"M_u": 100.0, "D_u": 50.0}, 1e-4 * np.eye(2))
+    dive = replace(fitted.dive(), depth=Signal(TIME_S, np.asarray(depth_m, dtype=float)[:, None]), **keys)
+    return answered(made, dive, fitted.vehicle_file())
+
+
+def test_a_hull_is_as_high_as_a_cube_of_its_water():
+    assert draught_m(72.0, 998.2) == pytest.approx(0.416, abs=5e-4)
+
+
+@pytest.mark.parametrize("zero_m", [-0.1, 0.0, 0.2])
+def test_a_vehicle_that_stays_at_the_surface_is_identified_with_a_warning(zero_m):
+    answer = doubts_of(zero_m + 0.1 * np.sin(TIME_S))
+    (doubt,) = answer.doubts
+    assert doubt.problem == "The vehicle hardly left the surface: its depth stays within 0.42 m of zero"
+    assert "dive a metre or more deep" in doubt.remedy
+    assert doubt.about == ("M_u", "D_u")
+    assert answer.outcome is Outcome.CONVERGED
+    assert answer.values() == {"M_u": 100.0, "D_u": 50.0}
+
+
+@pytest.mark.parametrize(
+    "depth_m",
+    [np.where((TIME_S > 50.0) & (TIME_S < 70.0), 2.0, 0.0), 0.5 + 0 * TIME_S, np.nan * TIME_S],
+    ids=["it begins and ends there", "half the depth of a tank of a metre", "all unknown"],
+)
+def test_a_dive_that_is_not_known_to_have_stayed_at_the_surface_is_not_warned_of(depth_m):
+    assert doubts_of(depth_m).doubts == ()

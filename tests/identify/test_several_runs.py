@@ -1,5 +1,6 @@
-"""Several short runs of one vehicle as one dive: their likelihoods add up, and each has its own state and trim."""
+"""Several runs as one dive: how they are joined, what differs between them, and ballast that changed."""
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,9 +10,10 @@ import numpy as np
 import pytest
 
 from bench.missions.mission import draw_one
+from bridge import exit_codes
 from bridge.errors import FitError, LogError
-from bridge.vehicle.config import Water
-from identify.dive import Signal
+from bridge.vehicle.config import Water, load_vehicle
+from identify.dive import Dive, Signal
 from identify.estimators.axes.build import build_axes
 from identify.estimators.filter.innovations import innovations, smoothed_velocity
 from identify.estimators.filter.state import VELOCITY
@@ -22,9 +24,10 @@ from identify.estimators.likelihood.priors import likelihood_of
 from identify.estimators.mass_by_run import Kinds, unlike_doubts
 from identify.estimators.missing_forces.forms import Kind
 from identify.estimators.missing_forces.screening import Lack
-from identify.run.joined_runs import joined, together
+from identify.run.joined_runs import ballast_note, joined, together
 from identify.run.recordings import Reading
 from identify.thrust.wrench import wrench
+from tui import cli
 
 FILE = closed_loop.vehicle_file()
 
@@ -280,3 +283,154 @@ def test_what_is_known_of_one_runs_commands_and_stamps_alone_is_not_taken_for_al
 def test_a_single_recording_stays_as_it_is():
     (reading,) = read(run(0))
     assert together([reading]) is reading
+
+
+VEHICLE = (Path(__file__).resolve().parents[1] / "data" / "vehicles" / "one_axis.yaml").read_text("utf-8")
+COLUMNS = """\
+time: {column: t}
+velocity: {columns: [u, null, null], unit: m/s}
+pwm: {columns: [X], unit: N}
+"""
+
+
+def table(path, seed, seconds=15.0, thrust=1.0):
+    """A run of the closed loop as CSV; its times begin anew in each."""
+    dive = closed_loop.dive(np.random.default_rng(seed), seconds)
+    columns = (dive.velocity.time_s, dive.velocity.value[:, 0], thrust * dive.tau_cmd.value[:, 0])
+    lines = ["t,u,X", *(",".join(f"{value:.9g}" for value in row) for row in zip(*columns, strict=True))]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.fixture
+def folder(tmp_path):
+    """A vehicle file, a column map, and a folder of five runs of 15 s."""
+    (tmp_path / "vehicle.yaml").write_text(VEHICLE, encoding="utf-8")
+    (tmp_path / "columns.yaml").write_text(COLUMNS, encoding="utf-8")
+    (tmp_path / "runs").mkdir()
+    for seed in range(5):
+        table(tmp_path / "runs" / f"run{seed}.csv", seed)
+    return tmp_path
+
+
+def seatrial(verb, folder, *words):
+    more = ("--vehicle", folder / "vehicle.yaml", "--columns", folder / "columns.yaml")
+    return cli.main([verb, *map(str, (*words, *more))])
+
+
+def said(capsys):
+    return " ".join(capsys.readouterr().err.split())
+
+
+def test_a_folder_of_runs_is_identified_as_one_dive(folder, capsys):
+    out = folder / "hull.json"
+    assert seatrial("identify", folder, folder / "runs", "--together", "--json", out) == exit_codes.DONE
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert [run["name"] for run in answer["runs"]["used"]] == [f"run{seed}" for seed in range(5)]
+    assert answer["runs"]["left_out"] == {}
+    by_name = {parameter["name"]: parameter for parameter in answer["parameters"]}
+    assert by_name["M_u"]["low95"] < closed_loop.MASS < by_name["M_u"]["high95"]
+    assert by_name["D_u"]["low95"] < closed_loop.DAMPING < by_name["D_u"]["high95"]
+    printed = " ".join(capsys.readouterr().out.split())
+    assert "5 runs, run0 to run4: likelihood" in printed
+    assert "5 runs are one dive of 74 s: run0, run1, run2, run3 and run4." in printed
+
+
+def test_a_run_without_a_push_is_named_in_what_is_written(folder):
+    table(folder / "runs" / "adrift.csv", 9, thrust=0.0)
+    out = folder / "hull.json"
+    assert seatrial("identify", folder, folder / "runs", "--together", "--json", out) == exit_codes.DONE
+    runs = json.loads(out.read_text(encoding="utf-8"))["runs"]
+    assert len(runs["used"]) == 5
+    assert runs["left_out"]["adrift"].startswith("no thruster pushed in all the dive")
+
+
+@pytest.mark.usefixtures("sketched")
+def test_the_page_names_each_run_with_its_file(folder):
+    page = folder / "report.html"
+    assert seatrial("identify", folder, folder / "runs", "--together", "--report", page) == exit_codes.DONE
+    html = page.read_text(encoding="utf-8")
+    provenance = html[html.index("<h2>Provenance</h2>") :]
+    assert all(f"run{seed}.csv" in provenance for seed in range(5))
+
+
+def test_a_folder_of_runs_without_together_is_refused_with_what_to_give(folder, capsys):
+    assert seatrial("identify", folder, folder / "runs") == exit_codes.BAD_INPUT
+    assert "runs: holds 5 recordings; name one of them, or give --together" in said(capsys)
+
+
+@pytest.mark.parametrize("method", ["pinn", "likelihood+pinn"])
+def test_another_method_than_the_likelihood_is_refused(folder, method, capsys):
+    words = (folder / "runs", "--together", "--method", method)
+    assert seatrial("identify", folder, *words) == exit_codes.BAD_INPUT
+    assert "several runs together are identified by likelihood alone" in said(capsys)
+
+
+def test_several_recordings_are_one_diagnosis(folder, capsys):
+    out = folder / "gap.json"
+    runs = [folder / "runs" / f"run{seed}.csv" for seed in (3, 1, 2)]
+    assert seatrial("diagnose", folder, *runs, "--json", out) == exit_codes.DONE
+    answer = json.loads(out.read_text(encoding="utf-8"))
+    assert [run["name"] for run in answer["runs"]["used"]] == ["run1", "run2", "run3"]
+    assert "3 runs are one dive of 45 s: run1, run2 and run3." in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_run_that_is_diagnosed_is_no_check(folder, capsys):
+    words = (folder / "runs", "--check", folder / "runs" / "run3.csv")
+    assert seatrial("diagnose", folder, *words) == exit_codes.BAD_INPUT
+    assert "so it can't show how far the gap shrinks" in said(capsys)
+
+
+def test_a_simulators_run_that_is_too_short_alone_is_named_however_many_are_held_against_it(folder, capsys):
+    runs = [folder / "runs" / f"run{seed}.csv" for seed in range(3)]
+    assert seatrial("diagnose", folder, *runs[:2], "--against", runs[2]) == exit_codes.NO
+    assert f"{runs[2]}: lasts 14 s, too short" in said(capsys)
+
+
+HEAVY = load_vehicle("bluerov2_heavy")
+MASS_KG, DRAG, TURNING_KG = 30.0, 40.0, 20.0
+
+
+def lap(number, weight_n, seconds=15.0, **without):
+    """A lap with steps of depth, pitching on its way, driven by wrenches that know all but the sea's noise."""
+    rng = np.random.default_rng(number)
+    time_s = np.arange(0.0, seconds, 0.05)
+    rate, phase = rng.uniform(0.5, 1.5, 2), rng.uniform(0.0, 6.0, 2)
+    w, dw = (0.3 * turned(rate[0] * time_s + phase[0]) for turned in (np.sin, np.cos))
+    u, q = 0.5 + 0.2 * np.sin(rate[1] * time_s), 0.2 * np.cos(rate[1] * time_s + phase[1])
+    down = MASS_KG * rate[0] * dw + DRAG * np.abs(w) * w - TURNING_KG * u * q - weight_n
+    still = np.zeros_like(w)
+    velocity = np.column_stack([u, still, w]) + rng.normal(0.0, 0.003, (len(w), 3))
+    commanded = np.column_stack([20.0 * np.sin(time_s), still, down, still, still, still])
+    signals = {
+        "velocity": Signal(time_s, velocity),
+        "gyro": Signal(time_s, np.column_stack([still, q, still])),
+        "tau_cmd": Signal(time_s, commanded),
+    }
+    return Dive(f"lap {number}", Path(f"lap{number}.csv"), f"sha of {number}", **(signals | without))
+
+
+def said_of(laps):
+    return ballast_note(joined(laps), HEAVY, "heavy")
+
+
+def test_the_runs_that_are_heavier_in_the_water_are_named_with_their_weight():
+    laps = [lap(number, weight_n=3.0 if number in (2, 5, 6) else -1.0) for number in range(8)]
+    (sentence,) = said_of(laps)
+    assert sentence.startswith("In the water, lap 2, lap 5, lap 6 are heavier by 4.0 N than the other runs")
+    dive = together([Reading(each, HEAVY, ()) for each in laps]).dive
+    assert sentence in dive.notes
+
+
+@pytest.mark.parametrize(
+    "weights_n",
+    [[1.0] * 8, [1.0, 1.2] * 4, [0.0, 0.0, 3.0, 0.0], [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]],
+    ids=["alike", "less apart than a bubble", "too few", "a little heavier each time"],
+)
+def test_runs_of_one_kind_are_not_named(weights_n):
+    assert said_of([lap(number, weight_n) for number, weight_n in enumerate(weights_n)]) == ()
+
+
+def test_without_a_velocity_or_a_gyro_nothing_is_said():
+    for missing in ("velocity", "gyro"):
+        assert said_of([lap(k, 4.0 * (k > 3), **{missing: None}) for k in range(8)]) == ()

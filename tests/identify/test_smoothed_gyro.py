@@ -87,24 +87,23 @@ def test_a_gyro_stays_that_shows_a_third_of_one_step_by_which_an_estimator_align
     assert without_smoothed_gyro(aligned) is aligned
 
 
-def test_a_noisy_gyro_stays():
-    noise = np.random.default_rng(9).normal(0.0, 0.05, 1200)
-    dive = dive_of(120.0, gyro=lambda rates: rates + noise)
-    assert without_smoothed_gyro(dive) is dive
+NOISE = np.random.default_rng(9).normal(0.0, 0.05, 1200)
 
 
-def test_a_gyro_that_is_read_at_2_hz_stays():
-    dive = dive_of(2400.0, every=5)
-    assert without_smoothed_gyro(dive) is dive
-
-
-def test_a_gyro_of_a_wrong_scale_is_none_that_was_smoothed():
-    dive = dive_of(120.0, gyro=lambda rates: 0.3 * rates)
-    assert without_smoothed_gyro(dive) is dive
-
-
-def test_a_heading_whose_noise_hides_the_fast_turns_leaves_a_smoothed_gyro_in():
-    dive = dive_of(120.0, gyro=mean_over(0.7), heading_noise_rad=0.3)
+@pytest.mark.parametrize(
+    ("seconds", "made"),
+    [
+        pytest.param(120.0, {"gyro": lambda rates: rates + NOISE}, id="a noisy gyro"),
+        pytest.param(2400.0, {"every": 5}, id="a gyro that is read at 2 Hz"),
+        pytest.param(120.0, {"gyro": lambda rates: 0.3 * rates}, id="a gyro of a wrong scale"),
+        pytest.param(
+            120.0, {"gyro": mean_over(0.7), "heading_noise_rad": 0.3}, id="noise hides the fast turns"
+        ),
+        pytest.param(30.0, {"gyro": mean_over(1.1)}, id="a dive too short to tell"),
+    ],
+)
+def test_a_gyro_that_is_not_known_to_be_smoothed_stays(seconds, made):
+    dive = dive_of(seconds, **made)
     assert without_smoothed_gyro(dive) is dive
 
 
@@ -114,8 +113,3 @@ def test_a_pause_of_the_gyro_is_no_smoothing():
         kept = (dive.gyro.time_s % every_s) >= pause_s
         paused = replace(dive, gyro=Signal(dive.gyro.time_s[kept], dive.gyro.value[kept]))
         assert without_smoothed_gyro(paused) is paused
-
-
-def test_a_dive_too_short_to_tell_keeps_its_gyro():
-    dive = dive_of(30.0, gyro=mean_over(1.1))
-    assert without_smoothed_gyro(dive) is dive
