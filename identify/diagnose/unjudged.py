@@ -12,7 +12,7 @@ from identify.diagnose.gap.missing import PUSHED
 from identify.dive import Dive
 from identify.effects.effect import OWN_DESCENT, OWN_VELOCITY, PULSES, QUICK_COMMANDS, Effect
 from identify.ingest.commands import sampled_seldom
-from identify.thrust.wrench import tells_thrusters
+from identify.thrust.wrench import PULSES_IN, tells_thrusters
 from identify.words import listed
 
 OF_FILTER = frozenset({OWN_VELOCITY, OWN_DESCENT})
@@ -37,7 +37,7 @@ def unjudged_causes(lacks: Collection[str]) -> tuple[str, ...]:
     """Sentences on the causes that can't be judged without these inputs, and on the data to record."""
     words = {
         PULSES: "No pulses tell what each thruster did: causes in a single thruster, or in the thrusters' curve, were "
-        "not judged; record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW.",
+        f"not judged; record them ({PULSES_IN}).",
         QUICK_COMMANDS: "Thruster commands come too seldom: a delay or a lag of the thrusters was not judged; record "
         "them at 10 Hz or more.",
         OWN_VELOCITY: "The velocity is that of an autopilot's filter. How late it is was fitted with the nominal "

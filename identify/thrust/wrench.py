@@ -30,6 +30,9 @@ from identify.thrust.wrench_history import (
 NOTABLE_DIFFERENCE = 0.05
 LEAST_WRENCH = 1e-3
 
+PULSES_IN = "MAVLink's SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, or columns that a map names"
+"""Where a recording has the pulses of its thrusters, in words for those who record it."""
+
 AT_REST = 1e-9
 """Variance of a wrench, N2 or N2 m2, below which it is the rounding of numbers: the thrusters never pushed there."""
 
@@ -81,7 +84,7 @@ def wrench(dive: Dive, file: VehicleFile, configuration_name: str) -> WrenchHist
     if commanded is None:
         raise FitError(
             "neither thruster commands that fit the vehicle nor wrenches are recorded; "
-            "record them (MAVLink's SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, or columns that a map names), "
+            f"record them ({PULSES_IN}), "
             "and check the vehicle file's thrusters",
             of=dive.source,
         )

@@ -191,7 +191,10 @@ def test_a_wrench_without_pulses_tells_of_all_but_single_thrusters_and_their_cur
     assert {trial.name for trial in diagnosis.tried} == {"quadratic_drag"}
     # How late an autopilot's filter is stands among the notes and not beside the verdict.
     (proviso,) = diagnosis.provisos
-    assert "record ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW" in proviso
+    assert (
+        "record them (MAVLink's SERVO_OUTPUT_RAW or ACTUATOR_OUTPUT_STATUS, or columns that a map names)"
+        in proviso
+    )
     assert any("a late DVL was not judged" in note for note in diagnosis.notes)
     assert [finding.name for finding in diagnosis.findings] == ["quadratic_drag"]
 

@@ -24,7 +24,7 @@ from identify.ingest.commands import unknown_between
 from identify.ingest.rotation import euler_angles, turned_on
 from identify.threads import side_by_side
 from identify.thrust.pwm_rounding import unrounded_thrusts
-from identify.thrust.wrench import asked_thrusts, tells_thrusters, thrusts_between
+from identify.thrust.wrench import PULSES_IN, asked_thrusts, tells_thrusters, thrusts_between
 from identify.thrust.wrench_history import evenly_between
 
 LEVELLED_S = 0.5
@@ -155,7 +155,7 @@ def _asked(dive: Dive, file: VehicleFile, configuration_name: str) -> Signal:
     else:
         raise FitError(
             f"neither pulses for the {len(configuration.thrusters)} thrusters nor a wrench are recorded; record "
-            "ACTUATOR_OUTPUT_STATUS or SERVO_OUTPUT_RAW",
+            f"the pulses ({PULSES_IN})",
             of=dive.name,
         )
     return evenly_between(asked) if unknown_between(dive, asked) else asked
