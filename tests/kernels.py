@@ -52,10 +52,12 @@ def collected() -> None:
     """The bytecode of the tests, with their assertions rewritten; and the table of characters that texts are drawn by,
     which Hypothesis makes once."""
     import pytest
+
+    pytest.main(["--collect-only", "-qq"])
+    # After it, for pytest can't rewrite the assertions of a library that is loaded already.
     from hypothesis import given, settings, strategies
 
     settings(max_examples=1)(given(strategies.text())(lambda _: None))()
-    pytest.main(["--collect-only", "-qq"])
 
 
 def _quiet(*_report: object) -> None:

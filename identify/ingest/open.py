@@ -114,7 +114,7 @@ def _checked(recorded: Dive, vehicle: VehicleFile | None) -> Dive:
     possible = with_known_commands(with_spread_commands(without_impossible(piloted)), _thrusters(vehicle))
     possible = with_reckoned_pulses(possible, vehicle, _thrusters(vehicle))
     rest_us = NEUTRAL_US if vehicle is None else vehicle.vehicle.thrust_curve.neutral_us
-    moving = without_still_gyro(without_frozen(without_repeated(possible), rest_us))
+    moving = without_still_gyro(without_frozen(without_repeated(possible), rest_us, _thrusters(vehicle)))
     dive = without_smoothed_gyro(without_heading_resets(moving))
     return replace(
         dive, notes=(*_unread(recorded.source), *dive.notes, *missing_signals(dive), *_misfits(dive, vehicle))

@@ -10,7 +10,6 @@ import numpy as np
 
 from bridge.vehicle.coefficients import COEFFICIENTS, DOFS
 from bridge.vehicle.legs import Leg
-from bridge.vehicle.thrusters import NEUTRAL_US
 from identify.planning.knowledge import NAMES, Knowledge
 from identify.planning.limits import REST_S, START_DEPTH_M, Limits, Tank
 from identify.planning.manoeuvres import WAYS, Manoeuvre
@@ -62,10 +61,10 @@ def pulses(manoeuvre: Manoeuvre, tank: Tank) -> str:
             wrench[drive.dof] = amplitude
     if not any(wrench):
         return ""
-    widths = []
+    widths, rest_us = [], tank.file.vehicle.thrust_curve.neutral_us
     for i, way in enumerate((1.0, -1.0)):
         direction = " and ".join(WAYS[dof][i] for dof in manoeuvre.dofs)
-        widths.append(f"{direction}: {_grouped(tank.pulses([way * w for w in wrench]))}")
+        widths.append(f"{direction}: {_grouped(tank.pulses([way * w for w in wrench]), rest_us)}")
     return "; ".join(widths)
 
 
@@ -167,10 +166,10 @@ def to_json(proposal: Proposal, tank: Tank, limits: Limits) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _grouped(widths_us: Sequence[float]) -> str:
+def _grouped(widths_us: Sequence[float], rest_us: float) -> str:
     groups: dict[int, list[str]] = {}
     for number, width in enumerate(widths_us, start=1):
-        if abs(width - NEUTRAL_US) >= 1:
+        if abs(width - rest_us) >= 1:
             groups.setdefault(round(width), []).append(str(number))
     return ", ".join(f"{width} on {' '.join(numbers)}" for width, numbers in sorted(groups.items()))
 

@@ -440,6 +440,16 @@ def test_units_instances_and_unused_outputs_come_out_right(tmp_path: Path) -> No
     assert dive.armed.held_at(np.array([2.5, 4.5]))[:, 0].tolist() == [0.0, 1.0]
 
 
+def test_a_log_of_several_dives_says_of_each_when_it_was_armed(tmp_path: Path) -> None:
+    """Armed at 30 s and 900 s, disarmed at 600 s and 1900 s: none of these is near another."""
+    records: list[tuple[Any, ...]] = [("IMU", 5_000_000 * k, 0, 0, 0, 0, 0, 0, -9.8) for k in range(400)]
+    records += [("ARM", 1_000_000 * s, state) for s, state in ((30, 1), (600, 0), (900, 1), (1900, 0))]
+    records += [("ARM", 90_000_000_000, 1)]
+    (tmp_path / "dive.BIN").write_bytes(dataflash(FORMATS | {"ARM": ("QB", "TimeUS,ArmState")}, records))
+    armed = read_dive(tmp_path / "dive.BIN").armed
+    assert armed.held_at(np.array([20.0, 40.0, 700.0, 1000.0, 1950.0]))[:, 0].tolist() == [0, 1, 0, 1, 0]
+
+
 @pytest.mark.parametrize("stated", [True, False])
 def test_an_echo_sounder_without_an_echo_tells_no_distance(tmp_path: Path, stated: bool) -> None:
     """The autopilot goes on to log the last distance, or 0, with a state that is not that of a good one."""

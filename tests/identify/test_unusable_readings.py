@@ -190,6 +190,24 @@ def test_a_controller_that_had_nothing_but_the_stuck_velocity_is_not():
     assert frozen_doubts(cleaned) == ()
 
 
+@pytest.mark.parametrize(
+    ("last_us", "thrusters", "pushed"),
+    [
+        pytest.param(0.0, None, False, id="an output without a pulse"),
+        pytest.param(0.0, 8, False, id="a thruster without a pulse"),
+        pytest.param(1100.0, 7, False, id="a light behind the thrusters of the vehicle file"),
+        pytest.param(1100.0, 8, True, id="a thruster of the vehicle file"),
+    ],
+)
+def test_a_sensor_may_stand_still_while_no_thruster_pushes(last_us, thrusters, pushed):
+    recorded = with_stuck_velocity((50.0, 110.0))
+    time_s = recorded.tau_cmd.time_s
+    us = np.full((len(time_s), 8), 1500.0)
+    us[:, 7] = last_us
+    at_rest = replace(recorded, pwm=Signal(time_s, us), tau_cmd=None)
+    assert ("velocity" in without_frozen(at_rest, thrusters=thrusters).frozen) == pushed
+
+
 def test_a_short_stretch_in_steady_speed_is_told_by_the_noise_that_is_missing():
     recorded = replace(with_stuck_velocity((60.0, 63.0)), nu_fb=None)
     held = replace(recorded, tau_cmd=Signal(recorded.tau_cmd.time_s, np.full((2000, 6), 20.0)))

@@ -1,6 +1,7 @@
 """Information of a motion on mass and damping, priors, and the proposed manoeuvres."""
 
 import math
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -13,7 +14,7 @@ from bridge.simulator.missions import load_mission, survey
 from bridge.simulator.truth import load_truth
 from bridge.vehicle.autopilot import Autopilot
 from bridge.vehicle.coefficients import BY_NAME, HEAVE, SURGE, SWAY, YAW
-from bridge.vehicle.config import Prior, load_vehicle
+from bridge.vehicle.config import Prior, ThrustCurve, load_vehicle
 from bridge.vehicle.legs import Leg, Mission
 from bridge.vehicle.mode import Mode
 from bridge.vehicle.navigation import Navigation
@@ -208,6 +209,16 @@ def test_the_mission_is_read_back_as_the_legs_that_were_promised_and_as_a_crew_r
     words = pulses(first.manoeuvre, TANK)
     assert words.startswith("ahead: ")
     assert "on 1 2 3 4; astern: " in words
+
+
+@pytest.mark.parametrize("neutral_us", [1100.0, 1500.0])
+def test_a_plan_gives_pulse_widths_of_the_thrusters_that_push_and_of_none_at_rest(few, neutral_us):
+    few(square(4.0, PUSH))
+    push = propose(TANK, Limits(), 60.0, [SURGE]).parts[0].manoeuvre
+    curve = ThrustCurve("quadratic", max_n=50.0, neutral_us=neutral_us)
+    tank = Tank(replace(FILE, vehicle=replace(FILE.vehicle, thrust_curve=curve)), "hovering", KNOWN)
+    groups = re.findall(r"\d+ on ([\d ]+)", pulses(push, tank))
+    assert {number for group in groups for number in group.split()} == {"1", "2", "3", "4"}
 
 
 def test_a_turn_fills_its_time_has_no_pulse_widths_and_stays_in_place():

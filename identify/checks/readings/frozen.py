@@ -83,13 +83,14 @@ class Runs:
         return (self.count >= FEWEST) & (self.end_s - self.start_s >= SHORTEST_S)
 
 
-def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
+def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US, thrusters: int | None = None) -> Dive:
     """The dive without frozen readings, with a note for each sensor; the first reading of each run stays.
 
-    rest_us: the pulse of a thruster at rest.
+    rest_us: the pulse of a thruster at rest. thrusters: how many of the first outputs are thrusters, None if unknown.
 
     A signal with no other readings left is removed.
     """
+    commands = _commands(dive, rest_us, thrusters)
     kept: dict[str, Any] = {}
     stretches: dict[str, tuple[tuple[float, float], ...]] = {}
     notes = []
@@ -99,7 +100,7 @@ def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
         if signal is None or known is None or len(known) < FEWEST:
             continue
         runs = _runs(known)
-        frozen = _frozen(dive, name, runs, _log_chance(known, runs), rest_us)
+        frozen = _frozen(dive, name, runs, _log_chance(known, runs), commands)
         if not frozen.any():
             continue
         stretches[name], index = runs.spans(frozen), runs.repeats(frozen)
@@ -111,7 +112,7 @@ def without_frozen(dive: Dive, rest_us: float = NEUTRAL_US) -> Dive:
         dive = replace(dive, **kept, frozen=stretches, notes=dive.notes + tuple(notes))
     for name, axes in AXES.items():
         for column, axis in enumerate(axes):
-            dive = _without_frozen_axis(dive, name, column, axis, rest_us)
+            dive = _without_frozen_axis(dive, name, column, axis, commands)
     return dive
 
 
@@ -120,7 +121,7 @@ def axis_key(name: str, axis: str) -> str:
     return f"{name} in {axis}"
 
 
-def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us: float) -> Dive:
+def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, commands: "_Commands | None") -> Dive:
     """The dive with NaN where a single axis of a signal is frozen, except for the first reading of each run."""
     signal = dive.signals().get(name)
     if signal is None:
@@ -130,7 +131,7 @@ def _without_frozen_axis(dive: Dive, name: str, column: int, axis: str, rest_us:
     if len(known) < FEWEST or not _has_noise_of_a_step(known):
         return dive
     runs = _runs(known)
-    frozen = _frozen(dive, "", runs, _log_chance(known, runs, STEADY), rest_us)
+    frozen = _frozen(dive, "", runs, _log_chance(known, runs, STEADY), commands)
     if not frozen.any():
         return dive
     spans, index = runs.spans(frozen), runs.repeats(frozen)
@@ -170,7 +171,9 @@ def _runs(signal: Signal) -> Runs:
     return Runs(first, last, signal.time_s[first], signal.time_s[last])
 
 
-def _frozen(dive: Dive, name: str, runs: Runs, log_chance: float | None, rest_us: float) -> NDArray[np.bool_]:
+def _frozen(
+    dive: Dive, name: str, runs: Runs, log_chance: float | None, commands: "_Commands | None"
+) -> NDArray[np.bool_]:
     """Which runs (k,) are frozen, given the logarithm of the chance that a sample repeats its predecessor.
 
     name: of the signal, which others may show to move; empty for a single axis, which may well stand still.
@@ -183,8 +186,8 @@ def _frozen(dive: Dive, name: str, runs: Runs, log_chance: float | None, rest_us
         by_noise = log_chance is not None and bool(
             (runs.count[i] - 1) * log_chance + np.log(samples) < np.log(CHANCE)
         )
-        frozen[i] = _pushed(dive, span_s, rest_us) and (
-            by_noise or (name != "" and _moved(dive, name, span_s))
+        frozen[i] = _pushed(dive, span_s, commands) and (
+            by_noise or (name != "" and _moved(dive, name, span_s, commands))
         )
     return frozen
 
@@ -209,16 +212,38 @@ def _log_chance(signal: Signal, runs: Runs, least: float = 1e-3) -> float | None
     return float(np.log(max(likely, least)))
 
 
-def _pushed(dive: Dive, span_s: tuple[float, float], rest_us: float) -> bool:
+@dataclass(frozen=True)
+class _Commands:
+    """Thruster commands (n, thrusters) of a dive. rest: what a thruster at rest is sent; least: how far from that
+    a push is."""
+
+    signal: Signal
+    rest: float
+    least: float
+
+    def pushed(self, span_s: tuple[float, float]) -> bool:
+        off = np.abs(self.signal.between(*span_s).value - self.rest)
+        return bool((off[np.isfinite(off)] > self.least).any())
+
+
+def _commands(dive: Dive, rest_us: float, thrusters: int | None) -> _Commands | None:
+    """The commands of a dive's thrusters, of all outputs if their number is unknown; an output without a pulse pushes
+    nothing."""
+    if dive.pwm is None or not len(dive.pwm):
+        signal = dive.thrust_cmd
+        return None if signal is None else _Commands(signal, 0.0, 0.0)
+    us = dive.pwm.value[:, :thrusters]
+    return _Commands(Signal(dive.pwm.time_s, np.where(us > 0.0, us, np.nan)), rest_us, IDLE_US)
+
+
+def _pushed(dive: Dive, span_s: tuple[float, float], commands: _Commands | None) -> bool:
     """Whether thrust was commanded within a span of time."""
-    if dive.pwm is not None and len(dive.pwm):
-        pushed = np.abs(dive.pwm.between(*span_s).value - rest_us)
-        return bool((pushed[np.isfinite(pushed)] > IDLE_US).any())
-    force = dive.tau_cmd if dive.tau_cmd is not None else dive.thrust_cmd
-    return force is not None and bool((np.nan_to_num(force.between(*span_s).value) != 0.0).any())
+    if dive.tau_cmd is not None and (dive.pwm is None or not len(dive.pwm)):
+        return bool((np.nan_to_num(dive.tau_cmd.between(*span_s).value) != 0.0).any())
+    return commands is not None and commands.pushed(span_s)
 
 
-def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
+def _moved(dive: Dive, name: str, span_s: tuple[float, float], commands: _Commands | None) -> bool:
     """Whether another recorded signal shows that this signal can't have stood still."""
     if name == "attitude":
         return _turn_rad(dive.gyro, span_s) > TURNED_RAD
@@ -233,10 +258,9 @@ def _moved(dive: Dive, name: str, span_s: tuple[float, float]) -> bool:
         return _range(thrust.between(*span_s).value[:, columns]) > FORCE_SHARE * _range(
             thrust.value[:, columns]
         )
-    commands = dive.thruster_commands
     if name != "velocity" or commands is None:
         return False
-    return _range(commands.between(*span_s).value) > FORCE_SHARE * _range(commands.value)
+    return _range(commands.signal.between(*span_s).value) > FORCE_SHARE * _range(commands.signal.value)
 
 
 def _turn_rad(gyro: Signal | None, span_s: tuple[float, float]) -> float:

@@ -5,6 +5,7 @@ types scaled by 0.01 and degrees scaled by 1e-7 (ArduPilot, libraries/AP_Logger/
 """
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from bridge.arrays import Array
 from bridge.errors import LogError
 from bridge.firmware.ardusub import ARDUSUB
 from bridge.wire.tlog import load_bytes
-from identify.checks.readings.impossible import tame
+from identify.checks.readings.impossible import WILD_S, tame
 from identify.dive import Signal
 from identify.ingest import rotation
 from identify.ingest.commands import driven_outputs, holding_of_a_loop, samples_of_a_loop
@@ -175,8 +176,11 @@ class _Log:
         index = np.array(self.starts[kind])[:, None] + np.arange(layout.itemsize)
         return np.ascontiguousarray(self.data[index]).view(layout)[:, 0], scales
 
-    def table(self, name: str, **equal: int) -> _Table | None:
-        """The records called `name` in which the given fields, if present, have the given values."""
+    def table(
+        self, name: str, kept: Callable[[Array], NDArray[np.bool_]] = tame, /, **equal: int
+    ) -> _Table | None:
+        """The records called `name` in which the given fields, if present, have the given values; kept: which of their
+        times (n,) in recording order are believed."""
         bodies = self.bodies(name)
         if bodies is None:
             return None
@@ -187,7 +191,7 @@ class _Log:
         if "TimeUS" not in scales:
             return None
         stated_s = body["TimeUS"].astype(np.float64) * 1e-6
-        among = tame(stated_s)
+        among = kept(stated_s)
         body, stated_s = body[among], stated_s[among]
         if len(body) == 0:
             return None
@@ -326,13 +330,20 @@ def _pwm(log: _Log) -> Signal | None:
 
 
 def _armed(log: _Log) -> Signal | None:
-    """Armed state from ARM records; before the first of them the vehicle was in the opposite state."""
-    changes = log.signal("ARM", ("ArmState",))
+    """Armed state from ARM records; before the first of them the vehicle was in the opposite state.
+
+    They are minutes apart, so that none agrees with those around it: those within the IMU's times are believed.
+    """
     imu = log.table("IMU")
-    if changes is None or imu is None:
+    if imu is None:
         return None
-    before = Signal(np.array([min(imu.time_s[0], changes.time_s[0] - 1.0)]), 1.0 - changes.value[:1])
-    return Signal(np.append(before.time_s, changes.time_s), np.vstack((before.value, changes.value)))
+    first_s, last_s = float(imu.time_s[0]), float(imu.time_s[-1])
+    changes = log.table("ARM", lambda time_s: (time_s > first_s - WILD_S) & (time_s < last_s + WILD_S))
+    if changes is None or "ArmState" not in changes.scales:
+        return None
+    state = changes.columns("ArmState")
+    before_s = min(first_s, float(changes.time_s[0]) - 1.0)
+    return Signal(np.append(before_s, changes.time_s), np.vstack((1.0 - state[:1], state)))
 
 
 def _gnss(log: _Log) -> Signal | None:
