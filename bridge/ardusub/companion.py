@@ -151,7 +151,8 @@ class Companion:
             return obstacle or "autopilot not known yet"
         if not self.heard.is_there(now_s):
             return "autopilot is silent"
-        return obstacle or self.heard.sticks_doubt(now_s) or self.handover.obstacle
+        doubt = self.settings.flight_obstacle or self.heard.sticks_doubt(now_s)
+        return obstacle or doubt or self.handover.obstacle
 
     def arm(self, wanted: bool) -> bool:
         """Have the autopilot disarmed, or armed in the countdown of a flight; False at any other time."""
@@ -297,7 +298,7 @@ class Companion:
             self.flights.flight.stop()
         if self.steering.flying:
             self.steering.arm(False)
-        return self.handover.holder is Holder.FREE and not self.steering.pending
+        return self.handover.given_back and not self.steering.pending
 
     def take_dvl(self, sample: DvlSample, navigation: Navigation, now_s: float) -> list[Any]:
         """Return the message to the autopilot of a DVL's reading."""

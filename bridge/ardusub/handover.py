@@ -69,6 +69,7 @@ class Handover:
         self.held_lately = self._touched_lately()
         self._before = self._remembered()
         self.starting = True
+        self._left_behind = self._store is not None and self._store.exists()
         self._aside = aside or InlineExecutor()
         self._keeping: Future[None] | None = None
         self._touching: Future[None] | None = None
@@ -84,6 +85,15 @@ class Handover:
         """Whether the pilot's sticks are to be sent on: from before the sticks are taken until they are proven back,
         so that no moment lies between; the autopilot ignores those of the system that does not hold them."""
         return self.holder is not Holder.FREE
+
+    @property
+    def given_back(self) -> bool:
+        """Whether the sticks are the pilot's for all that is known: not before what a companion that died has left was
+        read."""
+        unread = (
+            self.starting and self._left_behind and (math.isnan(self.value) or self.value == self._system)
+        )
+        return self.holder is Holder.FREE and not unread
 
     @property
     def obstacle(self) -> str:
@@ -138,10 +148,7 @@ class Handover:
                 self._doubt_s, self._due_s = now_s, now_s + QUIET_S
         elif self.holder is Holder.HELD:
             self.holder, self._doubt_s = Holder.FREE, math.inf
-            self._bar(
-                f"{PILOT} became {value:g}: another program took the sticks",
-                f"sticks lost: {PILOT} set to {value:g} by another program: end it, then {_ON_AGAIN}",
-            )
+            self._lose_to_another(value)
         elif self.holder is Holder.TAKING and value == self._system and asked:
             self.holder, self._due_s = Holder.HELD, now_s + CHECK_EVERY_S
             self.said.append("companion holds the sticks")
@@ -149,8 +156,23 @@ class Handover:
             self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
             self._forget()
             self.said.append(f"sticks given back: {PILOT} {value:g}")
+        elif (
+            self.holder in (Holder.TAKING, Holder.LEAVING)
+            and asked
+            and value not in (self._system, self._before)
+        ):
+            if self.holder is Holder.LEAVING:
+                self._forget()
+            self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
+            self._lose_to_another(value)
         elif self.holder is Holder.FREE and not self._barred and value != before:
             self._warn_of_another(value)
+
+    def _lose_to_another(self, value: float) -> None:
+        self._bar(
+            f"{PILOT} became {value:g}: another program took the sticks",
+            f"sticks lost: {PILOT} set to {value:g} by another program: end it, then {_ON_AGAIN}",
+        )
 
     def _warn_of_another(self, value: float) -> None:
         """The sticks are free, and their owner has changed or was read the first time."""

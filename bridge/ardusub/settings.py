@@ -16,6 +16,7 @@ from bridge.firmware.ardusub import (
     FAILSAFE,
     FAILSAFE_AFTER,
     FRAME,
+    HEAVE_GAIN,
     LONGEST_ALONE_S,
     MOTOR_FACTORS,
     PILOT,
@@ -39,11 +40,7 @@ _NO_VERSION: Final = (0, 0, 0)
 
 
 class Settings(Questions):
-    """The parameters that a companion depends on, and the firmware's version, 0.0.0 where it is not known.
-
-    fails_after_s: after how much silence the autopilot stops the vehicle; NaN until it is read, and where the firmware
-    has no such setting.
-    """
+    """The parameters that a companion depends on, and the firmware's version, 0.0.0 where it is not known."""
 
     def __init__(self, system: int, component: int, thrusters: int, has_dvl: bool) -> None:
         self._thrusters, self._has_dvl = thrusters, has_dvl
@@ -52,25 +49,33 @@ class Settings(Questions):
             *(direction_name(number) for number in range(1, thrusters + 1)),
             *(function_name(number) for number in range(1, thrusters + 1)),
         ]
-        others = [PILOT_FAILSAFE_AFTER, COUPLING, *(DVL if has_dvl else ()), *ARDUSUB.corners.values()]
+        others = [
+            PILOT_FAILSAFE_AFTER,
+            HEAVE_GAIN,
+            COUPLING,
+            *(DVL if has_dvl else ()),
+            *ARDUSUB.corners.values(),
+        ]
         super().__init__(system, component, [*self._wiring, FAILSAFE, PILOT_FAILSAFE, PILOT, *others])
         # The pilot's is read by the handover, which counts its own reads alone.
         self._renewed = [*self._wiring, FAILSAFE, PILOT_FAILSAFE, *others]
         self._renew_s, self._turn = math.inf, 0
         self.version, self._version_due_s = _NO_VERSION, -math.inf
-        self.fails_after_s, self._fails_after_due_s = math.nan, -math.inf
+        # By themselves, so that nothing waits for an answer: older firmware lacks one, flights alone need the other.
+        self._apart = {FAILSAFE_AFTER: math.nan, HEAVE_GAIN: math.nan}
+        self._apart_due_s = dict.fromkeys(self._apart, -math.inf)
 
     def step(self, now_s: float) -> list[Any]:
         """The questions to send now: for each unknown setting, later for each again, except SYSID_MYGCS."""
-        return [*self._ask_version(now_s), *self._ask_fails_after(now_s), *self._ask_setting(now_s)]
+        return [*self._ask_version(now_s), *self._ask_apart(now_s), *self._ask_setting(now_s)]
 
     def on_version(self, number: int) -> None:
         """An AUTOPILOT_VERSION of the autopilot's own component arrived, with this flight_sw_version."""
         self.version = version_of(number)
 
     def on_value(self, name: str, value: float) -> None:
-        if name == FAILSAFE_AFTER:
-            self.fails_after_s = value
+        if name in self._apart:
+            self._apart[name] = value
         super().on_value(name, value)
 
     def _ask_version(self, now_s: float) -> list[Any]:
@@ -87,12 +92,14 @@ class Settings(Questions):
             for command, first in ways
         ]
 
-    def _ask_fails_after(self, now_s: float) -> list[Any]:
-        """Older firmware has no such parameter: it is asked for by itself, so that nothing waits for an answer."""
-        if self.version < TIMED_FROM or now_s < self._fails_after_due_s:
-            return []
-        self._fails_after_due_s = now_s + (AGAIN_S if math.isnan(self.fails_after_s) else VERSION_ANEW_S)
-        return [dialect.MAVLink_param_request_read_message(*self._target, FAILSAFE_AFTER.encode(), -1)]
+    def _ask_apart(self, now_s: float) -> list[Any]:
+        asked = []
+        for name, value in self._apart.items():
+            has_it = name != FAILSAFE_AFTER or self.version >= TIMED_FROM
+            if has_it and now_s >= self._apart_due_s[name]:
+                self._apart_due_s[name] = now_s + (AGAIN_S if math.isnan(value) else VERSION_ANEW_S)
+                asked.append(dialect.MAVLink_param_request_read_message(*self._target, name.encode(), -1))
+        return asked
 
     def _ask_setting(self, now_s: float) -> list[Any]:
         if not self.complete:
@@ -114,7 +121,9 @@ class Settings(Questions):
         """Why the companion may not hold the sticks, and the way out; "" if it may."""
         if not self.complete:
             return "the autopilot's parameters are not read yet"
-        if _NO_VERSION < self.version < TRIED_FROM:
+        if self.version == _NO_VERSION:
+            return "the autopilot's version is not read yet"
+        if self.version < TRIED_FROM:
             return f"ArduSub {'.'.join(map(str, self.version))} is too old: update it to 4.5 or 4.6"
         if self.values[FRAME] not in MOTOR_FACTORS:
             return f"{FRAME} {self.values[FRAME]:g} is not supported: 1 (vectored) and 2 (vectored_6dof) are"
@@ -122,19 +131,36 @@ class Settings(Questions):
             return f"{FRAME} {self.values[FRAME]:g} has not {self._thrusters} thrusters: name that vehicle's own file"
         for name in (FAILSAFE, PILOT_FAILSAFE):
             # NaN too: without a fail-safe a dead companion would leave the last sticks in force.
-            if not self.values[name] > (WARNS_ALONE if name == FAILSAFE else 0):
+            if not self.values[name] > WARNS_ALONE:
                 return f"{name} must stop the vehicle: set it to 2"
         if self.version >= TIMED_FROM and not self.fails_after_s <= LONGEST_ALONE_S:
             if math.isnan(self.fails_after_s):
                 return f"{FAILSAFE_AFTER} is not read yet"
             return f"{FAILSAFE_AFTER} is {self.fails_after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
-        # Not NaN: where the firmware has no such setting, it acts after a time of its own.
-        if self.values[PILOT_FAILSAFE_AFTER] > LONGEST_ALONE_S:
-            after_s = self.values[PILOT_FAILSAFE_AFTER]
+        after_s = self.values[PILOT_FAILSAFE_AFTER]
+        if math.isnan(after_s):
+            return f"{PILOT_FAILSAFE_AFTER} is not read yet"
+        if after_s > LONGEST_ALONE_S:
             return f"{PILOT_FAILSAFE_AFTER} is {after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
         if math.isnan(self.values[PILOT]):
             return f"no {PILOT}: from 4.7 on ArduSub has MAV_GCS_SYSID, use 4.5 or 4.6"
         return ""
+
+    @property
+    def fails_after_s(self) -> float:
+        """After how much silence the autopilot stops the vehicle; NaN until it is read, and where the firmware has no
+        such setting."""
+        return self._apart[FAILSAFE_AFTER]
+
+    @property
+    def flight_obstacle(self) -> str:
+        """Why no flight may be steered, though the sticks may be held; "" if one may."""
+        gain = self._apart[HEAVE_GAIN]
+        if gain == 1.0:
+            return ""
+        return (
+            f"{HEAVE_GAIN} is not read yet" if math.isnan(gain) else f"{HEAVE_GAIN} is {gain:g}: set it to 1"
+        )
 
     @property
     def advice(self) -> tuple[str, ...]:

@@ -42,6 +42,9 @@ PILOT_FAILSAFE: Final = "FS_PILOT_INPUT"
 PILOT_FAILSAFE_AFTER: Final = "FS_PILOT_TIMEOUT"
 """Seconds without sticks until PILOT_FAILSAFE acts, as delivered 3."""
 WARNS_ALONE: Final = 1
+"""The value of either fail-safe with which it warns, and stops nothing."""
+HEAVE_GAIN: Final = "JS_THR_GAIN"
+"""By so much a stick pushes more in heave than in the other axes; 1 as delivered."""
 FAILSAFE_AFTER: Final = "FS_GCS_TIMEOUT"
 """Seconds of silence until FAILSAFE acts, from `TIMED_FROM` on, as delivered 5; before, always 2.5 (by its source)."""
 TIMED_FROM: Final = (4, 6)
@@ -143,8 +146,8 @@ def _hints(values: Mapping[str, float]) -> tuple[str, ...]:
     said += [
         f"{name} is {values[name]:g}: without it a companion that dies leaves the last sticks in force, and it takes "
         "none; set it to 2."
-        for name, least in ((FAILSAFE, WARNS_ALONE), (PILOT_FAILSAFE, 0))
-        if name in values and not values[name] > least
+        for name in (FAILSAFE, PILOT_FAILSAFE)
+        if name in values and not values[name] > WARNS_ALONE
     ]
     said += [
         f"{name} is {values[name]:g}: the last sticks of a companion that dies stay in force for so many "

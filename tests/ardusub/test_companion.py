@@ -583,3 +583,44 @@ def test_a_disk_that_stalls_while_the_sticks_are_held_is_asked_once(tmp_path):
     disk.goes_on()
     handover.step(True, 20.0, asked=True)
     assert len(disk.waiting) == 1
+
+
+@pytest.mark.parametrize("wanted", [True, False], ids=["as they are taken", "as they are given back"])
+def test_another_program_that_takes_the_sticks_meanwhile_keeps_them(tmp_path, wanted):
+    store = tmp_path / "rov.sticks"
+    handover = Handover(1, 1, 255, store)
+    handover.on_value("SYSID_MYGCS", 255.0, 0.0)
+    handover.step(False, 0.0, asked=False)
+    assert written(handover, True, 1.0) == [1.0]
+    if not wanted:
+        written(handover, True, 2.0)
+        handover.on_value("SYSID_MYGCS", 1.0, 2.1)
+        assert handover.holder is Holder.HELD
+        assert written(handover, False, 3.0) == [255.0]
+    written(handover, wanted, 4.0)
+    handover.on_value("SYSID_MYGCS", 254.0, 4.1)
+    assert handover.holder is Holder.FREE
+    assert "SYSID_MYGCS set to 254 by another program" in handover.trouble
+    assert [written(handover, wanted, 4.2 + k) for k in range(20)] == [[]] * 20
+    assert wanted or not store.exists()
+
+
+def written(handover, wanted, at_s):
+    """The values that the handover writes in a step."""
+    sent = handover.step(wanted, at_s, asked=True)
+    return [message.param_value for message in sent if message.get_type() == "PARAM_SET"]
+
+
+def test_a_companion_that_is_stopped_before_it_knows_who_holds_the_sticks_has_not_given_them_back(tmp_path):
+    store = tmp_path / "rov.sticks"
+    assert Handover(1, 1, 255, store).given_back, "none was here before"
+    store.write_text("255\n")
+    handover = Handover(1, 1, 255, store)
+    assert not handover.given_back
+    handover.on_value("SYSID_MYGCS", 1.0, 0.0)
+    assert not handover.given_back
+    assert written(handover, False, 0.1) == [255.0]
+    written(handover, False, 1.0)
+    handover.on_value("SYSID_MYGCS", 255.0, 1.1)
+    assert handover.given_back
+    assert not store.exists()

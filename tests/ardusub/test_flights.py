@@ -362,6 +362,19 @@ def test_a_depth_sensor_that_the_autopilot_reports_as_failed_ends_the_flight_tho
     assert "no flight: no depth" in "".join(flown.pilot.texts())
 
 
+def test_no_flight_begins_where_a_stick_pushes_otherwise_in_heave_than_in_the_other_axes():
+    fake = Ardusub()
+    fake.parameters["JS_THR_GAIN"] = 0.5
+    flown = Flown(fake)
+    flown.run(10.0)
+    flown.session.begin(flown.limits, 2.0, COUNTDOWN_S)
+    flown.run(1.0)
+    assert "no flight: JS_THR_GAIN is 0.5: set it to 1" in "".join(flown.pilot.texts())
+    flown.until(lambda: flown.aboard.companion.no_flight(fake.clock.boot_s()) != "")
+    fake.parameters["JS_THR_GAIN"] = 1.0
+    flown.until(lambda: flown.aboard.companion.no_flight(fake.clock.boot_s()) == "")
+
+
 @pytest.mark.parametrize("change", [no_failsafe, second_companion, applet_beats])
 def test_what_would_have_let_no_flight_begin_brings_it_back_under_way(fake, change):
     flown = Flown(fake).afloat().flying()

@@ -82,6 +82,14 @@ WRONG = {
         {"FS_PILOT_INPUT": 0.0},
         "no feed-forward: FS_PILOT_INPUT must stop the vehicle: set it to 2",
     ),
+    "a fail-safe of the pilot's that only warns": (
+        {"FS_PILOT_INPUT": 1.0},
+        "no feed-forward: FS_PILOT_INPUT must stop the vehicle: set it to 2",
+    ),
+    "a fail-safe of the pilot's of which nobody knows how long it waits": (
+        {"FS_PILOT_TIMEOUT": None},
+        "no feed-forward: FS_PILOT_TIMEOUT is not read yet",
+    ),
     "a fail-safe of the pilot's that waits too long": (
         {"FS_PILOT_TIMEOUT": 10.0},
         "no feed-forward: FS_PILOT_TIMEOUT is 10 s: set it to 5 or less",
@@ -110,13 +118,19 @@ def test_a_fail_safe_that_waits_too_long_is_said_and_once_it_is_shorter_the_stic
     assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), pilot.texts()
 
 
-@pytest.mark.parametrize("after_s", [5.0, None], ids=["as long as may be", "not in this firmware"])
-def test_the_sticks_are_taken_where_the_fail_safe_of_the_pilot_waits_no_longer_than_may_be_or_has_no_setting(
-    after_s,
-):
-    fake, aboard, pilot = afloat({} if after_s is None else {"FS_PILOT_TIMEOUT": after_s})
-    if after_s is None:
-        del fake.parameters["FS_PILOT_TIMEOUT"]
+def test_the_sticks_are_taken_where_the_fail_safe_of_the_pilot_waits_no_longer_than_may_be():
+    fake, aboard, pilot = afloat({"FS_PILOT_TIMEOUT": 5.0})
+    assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), pilot.texts()
+
+
+def test_the_sticks_are_not_taken_before_the_version_is_read():
+    fake, aboard, pilot = afloat({})
+    fake.version = (0, 0, 0)
+    sentence = "no feed-forward: the autopilot's version is not read yet"
+    assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
+    fake.run(2.0, aboard, pilot)
+    assert not taken(aboard)
+    fake.version = (4, 5, 7)
     assert fake.until(lambda: taken(aboard), WAIT_S, aboard, pilot), pilot.texts()
 
 

@@ -30,7 +30,7 @@ VECTORED = ((-1, 1, 1), (-1, -1, -1), (1, 1, -1), (1, -1, 1), (0, 0, 0), (0, 0, 
 def parameters():
     return {
         "SYSID_MYGCS": 255.0, "FRAME_CONFIG": 1.0, "FS_GCS_ENABLE": 2.0, "FS_PILOT_INPUT": 2.0,
-        "FS_PILOT_TIMEOUT": 3.0, "JS_GAIN_DEFAULT": 0.5, "PSC_ACCZ_FF": 0.0, "PSC_VELXY_FF": 0.0,
+        "FS_PILOT_TIMEOUT": 3.0, "JS_GAIN_DEFAULT": 0.5, "JS_THR_GAIN": 1.0, "PSC_ACCZ_FF": 0.0, "PSC_VELXY_FF": 0.0,
         "VISO_TYPE": 1.0, "EK3_SRC1_POSXY": 0.0, "EK3_SRC1_VELXY": 6.0, "SCR_ENABLE": 0.0,
         "INS_GYRO_FILTER": 20.0, "INS_ACCEL_FILTER": 20.0,
         "MOT_FV_CPLNG_K": 0.0,
