@@ -18,7 +18,7 @@ from bridge.flight.orders import COMMANDS
 from bridge.links.link import Link
 from bridge.onboard import telemetry
 from bridge.onboard.device_faults import SensorWatch
-from bridge.onboard.flights import HEARD, Flights
+from bridge.onboard.flights import HEARD, STICKS, Flights
 from bridge.onboard.link_set import Sides
 from bridge.onboard.orders import (
     ORDERS,
@@ -359,7 +359,11 @@ class Bridge:
         if self._stands_back:
             return
         if self.flights is not None and frame.message_id in HEARD:
-            word = decode(frame) if self._gate.ground.gives(frame.system, frame.component) else None
+            ground = self._gate.ground
+            # The autopilot takes sticks by their system alone, and so a flight ends by them: any pilot's hand counts.
+            by_sticks = frame.message_id in STICKS and frame.system == ground.system
+            heeded = by_sticks or ground.gives(frame.system, frame.component)
+            word = decode(frame) if heeded else None
             target = getattr(word, "target", getattr(word, "target_system", own_address[0]))
             if word is not None and target == own_address[0]:
                 self.flights.hear(word, self._clock.boot_s())
