@@ -14,6 +14,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import FrameError
+from bridge.flight.flight import State
 from bridge.flight.orders import COMMANDS
 from bridge.links.link import Link
 from bridge.onboard import telemetry
@@ -433,7 +434,12 @@ class Bridge:
             return answer_command(message, self.arm, test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
             return refuse_file_transfer(message) if mine else []
-        return self._parameters.handle(message, self.armed)
+        in_flight = self.flights is not None and self.flights.flight.state is not State.IDLE
+        return self._parameters.handle(message, self._may_be_armed(now_s), in_flight=in_flight)
+
+    def _may_be_armed(self, now_s: float) -> bool:
+        """Whether the vehicle is armed, or nothing says that it is not: an autopilot that is not heard may be."""
+        return self.armed or (self._companion is not None and not self._companion.heard.is_there(now_s))
 
     def _flush(self) -> None:
         self._say_unsaid()

@@ -18,6 +18,7 @@ from bridge.flight.limits import FlightLimits
 from bridge.onboard.orders import Ground
 from bridge.onboard.program import LEAVE_WITHIN_S
 from bridge.vehicle.legs import Leg
+from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.flying.session import FlightSession
 from tui.flight_recording import recorded_crew
@@ -191,6 +192,23 @@ def test_a_short_tap_on_a_button_that_ends_a_flight_is_obeyed_by_the_autopilot_t
     flown.pilot.send(dialect.MAVLink_manual_control_message(1, **flown.pilot.sticks, buttons=DISARM_BUTTON))
     flown.run(0.2)
     assert (flown.flight.end, flown.autopilot.armed) == (End.STICKS, False)
+
+
+@pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
+def test_no_set_is_put_in_force_in_a_flight_whose_loop_would_wait_for_the_disk(mode):
+    flown = Flown(Ardusub(), mode=mode).afloat().flying(0.5)
+    parameters, kept = flown.aboard.parameters, []
+    parameters._memory.save = lambda *stored: kept.append(stored)
+    active = parameters.active_crc
+    flown.pilot.write("FF_COMMIT", 0.0, component=191)
+    flown.run(0.2)
+    assert (parameters.active_crc, kept) == (active, [])
+    assert "FF_COMMIT refused: in a flight, end it first" in flown.pilot.texts()
+    flown.autopilot.arm(False)
+    flown.until(lambda: flown.flight.state is State.IDLE, 3.0)
+    flown.pilot.write("FF_COMMIT", 0.0, component=191)
+    flown.run(0.2)
+    assert (parameters.active_crc, len(kept)) == (0, 1)
 
 
 def test_the_end_key_holds_it_and_a_second_press_disarms_it(flown):
