@@ -144,6 +144,11 @@ class Companion:
         """Battery voltage that the autopilot reports; NaN if it is not heard."""
         return self.heard.voltage_v if now_s - self.heard.voltage_s <= VOLTAGE_FRESH_S else math.nan
 
+    @property
+    def voltage_time_s(self) -> float:
+        """When it reported the voltage last; -inf before."""
+        return self.heard.voltage_s
+
     def no_flight(self, now_s: float) -> str:
         """Why no flight may begin, "" if one may."""
         obstacle = self.obstacle(now_s)

@@ -146,7 +146,8 @@ class Bridge:
     def navigation(self) -> Navigation:
         """Latest values of all sensors."""
         battery = self._feedback if self._companion is None else self._companion
-        return replace(self._navigator.navigation, voltage_v=battery.voltage_v(self._clock.boot_s()))
+        voltage_v, time_s = battery.voltage_v(self._clock.boot_s()), battery.voltage_time_s
+        return replace(self._navigator.navigation, voltage_v=voltage_v, voltage_time_s=time_s)
 
     @property
     def link_faults(self) -> dict[str, str]:

@@ -194,6 +194,15 @@ def test_a_short_tap_on_a_button_that_ends_a_flight_is_obeyed_by_the_autopilot_t
     assert (flown.flight.end, flown.autopilot.armed) == (End.STICKS, False)
 
 
+def test_a_battery_that_is_not_told_any_more_counts_as_too_low_after_2_s_from_its_last_reading():
+    flown = Flown(Ardusub()).afloat().flying(0.5)
+    flown.autopilot.voltage_v = 0.0
+    last_s = flown.aboard.companion.heard.voltage_s
+    flown.until(lambda: flown.flight.state is State.RETURNING, 4.0)
+    assert flown.flight.end is End.BATTERY
+    assert 2.2 < flown.autopilot.clock.boot_s() - last_s < 2.4, "2 s, and a quarter for every limit"
+
+
 @pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
 def test_no_set_is_put_in_force_in_a_flight_whose_loop_would_wait_for_the_disk(mode):
     flown = Flown(Ardusub(), mode=mode).afloat().flying(0.5)
