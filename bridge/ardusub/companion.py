@@ -30,7 +30,7 @@ from bridge.firmware.ardusub import ARDUSUB, FRAME, MANUAL
 from bridge.firmware.description import AUTOPILOT
 from bridge.firmware.rates import Rates
 from bridge.flight.flight import State
-from bridge.onboard.flights import Flights
+from bridge.onboard.flights import Flights, touched
 from bridge.onboard.orders import Ground
 from bridge.onboard.parameters import ParameterServer
 from bridge.sensors.samples import DvlSample, ImuSample, PressureSample
@@ -143,6 +143,11 @@ class Companion:
     def voltage_v(self, now_s: float) -> float:
         """Battery voltage that the autopilot reports; NaN if it is not heard."""
         return self.heard.voltage_v if now_s - self.heard.voltage_s <= VOLTAGE_FRESH_S else math.nan
+
+    @property
+    def voltage_time_s(self) -> float:
+        """When it reported the voltage last; -inf before."""
+        return self.heard.voltage_s
 
     def no_flight(self, now_s: float) -> str:
         """Why no flight may begin, "" if one may."""
@@ -407,12 +412,16 @@ class Companion:
             self._asked_s = self._told_again_s = now_s
 
     def _fly(self, frame: Frame, now_s: float, navigation: Navigation) -> list[Any]:
-        """Take the pilot's sticks, and return them as they are to be sent on, if the companion holds them."""
+        """Take the pilot's sticks, and return them as they are to be sent on, if the companion holds them.
+
+        A flight's own sticks stand for those at rest alone. The touch that ends it may be a tap on a button, and that
+        comes once.
+        """
         message = decode(frame)
         if message is None or message.target != self.heard.system:
             return []
         self._sticks_s = self._pilots[frame.component] = now_s
-        if self.steering.flying and self.heard.is_there(now_s):
+        if self.steering.flying and self.heard.is_there(now_s) and not touched(message):
             return []
         sticks, added = np.array([message.x, message.y, message.r], dtype=float), np.zeros(3)
         doubt = self._doubt(now_s)

@@ -54,7 +54,7 @@ class Handover:
     `holder` says where it is, `fault` why the sticks can't be taken ("" if they can), and `trouble` the same as a
     sentence for the crew with the way out. `said` collects the other sentences. `value` is SYSID_MYGCS as last read,
     NaN before; `starting` until that was acted on; `held_lately` whether a companion with the same `store` held the
-    sticks just before this one began. `aside` keeps the value before in `store`, for a loop that must not wait for a
+    sticks just before this one began. `aside` writes and clears `store`, for a loop that must not wait for a
     disk that stalls; without it `step` waits.
     """
 
@@ -154,7 +154,7 @@ class Handover:
             self.said.append("companion holds the sticks")
         elif self.holder is Holder.LEAVING and value == self._before and asked:
             self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
-            self._forget()
+            self._aside.submit(self._forget)
             self.said.append(f"sticks given back: {PILOT} {value:g}")
         elif (
             self.holder in (Holder.TAKING, Holder.LEAVING)

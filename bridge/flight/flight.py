@@ -24,7 +24,7 @@ from bridge.vehicle.references import ZERO6, Push, Reference
 CONFIRM_S: Final = 0.25
 """A limit ends the flight once it has been exceeded for so long, so that a single bad reading does not."""
 UNKNOWN_S: Final = 2.0
-"""Altitude or voltage, where they are limited, may be unknown for so long."""
+"""The last reading of altitude or voltage, where they are limited, may be so old."""
 SETTLE_S: Final = 2.0
 """A transit is over once the vehicle has been at its target for so long."""
 UNASKED_S: Final = 60.0
@@ -291,11 +291,11 @@ class Flight:
         if self.state is State.WAITING and now_s > self._until_s:
             return End.UNASKED
         if math.isfinite(navigation.altitude_m):
-            self._altitude_s = now_s
+            self._altitude_s = navigation.altitude_time_s
         if math.isfinite(navigation.voltage_v):
-            self._voltage_s = now_s
-        low_altitude = navigation.altitude_m < limits.altitude_m or now_s - self._altitude_s > UNKNOWN_S
-        low_battery = navigation.voltage_v < limits.battery_v or now_s - self._voltage_s > UNKNOWN_S
+            self._voltage_s = navigation.voltage_time_s
+        low_altitude = navigation.altitude_m < limits.altitude_m or not now_s - self._altitude_s <= UNKNOWN_S
+        low_battery = navigation.voltage_v < limits.battery_v or not now_s - self._voltage_s <= UNKNOWN_S
         deep, high = navigation.depth_m > limits.deepest_m, navigation.depth_m < limits.shallowest_m
         at_work = self.state in (State.WAITING, State.FLYING)
         exceeded = {

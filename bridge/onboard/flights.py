@@ -26,7 +26,8 @@ _MORE_AXES: Final = {"s": 1, "t": 2}
 _HEARTBEAT: Final[int] = dialect.MAVLINK_MSG_ID_HEARTBEAT
 _STICKS: Final[int] = dialect.MAVLINK_MSG_ID_MANUAL_CONTROL
 _OVERRIDE: Final[int] = dialect.MAVLINK_MSG_ID_RC_CHANNELS_OVERRIDE
-HEARD: Final = (_HEARTBEAT, _STICKS, _OVERRIDE)
+STICKS: Final = (_STICKS, _OVERRIDE)
+HEARD: Final = (_HEARTBEAT, *STICKS)
 CHANNELS: Final = 6
 """Inputs by which ArduSub moves: pitch, roll, throttle, yaw, forward, lateral."""
 REST_US: Final = 1500
@@ -56,7 +57,7 @@ class Flights:
         self._spoken = State.IDLE, End.NONE
 
     def hear(self, message: Any, now_s: float) -> None:
-        """Take a HEARTBEAT, MANUAL_CONTROL or RC_CHANNELS_OVERRIDE of the ground."""
+        """Take a HEARTBEAT, MANUAL_CONTROL or RC_CHANNELS_OVERRIDE of the ground's system."""
         if message.get_type() == "HEARTBEAT":
             self._ground_s = now_s
         elif touched(message):

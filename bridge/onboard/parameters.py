@@ -2,8 +2,8 @@
 
 Coefficients are written into a staged set. Writing the CRC of that set to FF_COMMIT makes the whole set active at
 once: the vehicle never runs on half of a model. Writing 0 leaves no set active. FF_ACTIVE reads as the CRC of the
-active set, 0 for none. A commit is refused while the vehicle is armed and the feed-forward acts: no model changes under
-a vehicle that flies by it.
+active set, 0 for none. A commit is refused while the vehicle is armed and the feed-forward acts, and in a flight: no
+model changes under a vehicle that flies by it, and no loop that steers waits for a disk.
 """
 
 import math
@@ -116,8 +116,11 @@ class ParameterServer:
             return float(self.active_crc)
         return float(CONTRACT_VERSION) if name == VERSION else self._staged[name]
 
-    def write(self, name: str, value: float, armed: bool) -> Refusal | None:
-        """Set one parameter as PARAM_SET does. Return why it was refused, or None if it was accepted."""
+    def write(self, name: str, value: float, armed: bool, *, in_flight: bool = False) -> Refusal | None:
+        """Set one parameter as PARAM_SET does. Return why it was refused, or None if it was accepted.
+
+        `armed`: the vehicle is, or may be; `in_flight`: a flight is under way, from its countdown on.
+        """
         if name not in self.names:
             return Refusal.UNKNOWN
         if name in (ACTIVE, VERSION):
@@ -128,16 +131,16 @@ class ParameterServer:
         if name == MODE:
             return self._set_mode(value, armed)
         if name == COMMIT:
-            return self._commit(value, armed)
+            return self._commit(value, armed, in_flight)
         if not self._table[name].admits(value):
             return Refusal.OUT_OF_RANGE
         self._staged[name] = value
         return None
 
-    def handle(self, message: Any, armed: bool) -> list[Any]:
+    def handle(self, message: Any, armed: bool, *, in_flight: bool = False) -> list[Any]:
         """Return the answers (pymavlink messages) to a message; [] if it does not concern these parameters.
 
-        The values of a requested list come from `step`.
+        `armed` and `in_flight` as in `write`. The values of a requested list come from `step`.
         """
         kind = message.get_type()
         if kind == "PARAM_REQUEST_LIST" and self._is_mine(message, broadcast=True):
@@ -145,7 +148,7 @@ class ParameterServer:
         elif kind == "PARAM_REQUEST_READ" and self._is_mine(message, broadcast=False):
             return self._read(message)
         elif kind == "PARAM_SET" and self._is_mine(message, broadcast=False):
-            return self._set(message, armed)
+            return self._set(message, armed, in_flight)
         return []
 
     def step(self, most: int) -> list[Any]:
@@ -201,11 +204,14 @@ class ParameterServer:
         self._end_storing_if_done()
         return None
 
-    def _commit(self, value: float, armed: bool) -> Refusal | None:
+    def _commit(self, value: float, armed: bool, in_flight: bool) -> Refusal | None:
         if value not in (0.0, self.staged_crc):
             self._texts.append("FF_COMMIT refused: CRC is not the staged set's")
             return Refusal.OUT_OF_RANGE
         before = self._active
+        if in_flight:
+            self._texts.append("FF_COMMIT refused: in a flight, end it first")
+            return Refusal.DENIED
         if armed and self._mode.applies_feedforward:
             self._texts.append("FF_COMMIT refused: armed, force FF off first")
             return Refusal.DENIED
@@ -234,12 +240,12 @@ class ParameterServer:
             return [self._error(message, Refusal.UNKNOWN)]
         return [self._value_message(name)]
 
-    def _set(self, message: Any, armed: bool) -> list[Any]:
+    def _set(self, message: Any, armed: bool, in_flight: bool) -> list[Any]:
         name = message.param_id
         if name in self.names and message.param_type != dialect.MAV_PARAM_TYPE_REAL32:
             refusal: Refusal | None = Refusal.WRONG_TYPE
         else:
-            refusal = self.write(name, message.param_value, armed)
+            refusal = self.write(name, message.param_value, armed, in_flight=in_flight)
         answers = [] if refusal is None else [self._error(message, refusal)]
         # A refused write is also answered with the current value: not all clients know PARAM_ERROR.
         return answers if refusal is Refusal.UNKNOWN else [*answers, self._value_message(name)]

@@ -14,11 +14,12 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import Clock
 from bridge.errors import FrameError
+from bridge.flight.flight import State
 from bridge.flight.orders import COMMANDS
 from bridge.links.link import Link
 from bridge.onboard import telemetry
 from bridge.onboard.device_faults import SensorWatch
-from bridge.onboard.flights import HEARD, Flights
+from bridge.onboard.flights import HEARD, STICKS, Flights
 from bridge.onboard.link_set import Sides
 from bridge.onboard.orders import (
     ORDERS,
@@ -145,7 +146,8 @@ class Bridge:
     def navigation(self) -> Navigation:
         """Latest values of all sensors."""
         battery = self._feedback if self._companion is None else self._companion
-        return replace(self._navigator.navigation, voltage_v=battery.voltage_v(self._clock.boot_s()))
+        voltage_v, time_s = battery.voltage_v(self._clock.boot_s()), battery.voltage_time_s
+        return replace(self._navigator.navigation, voltage_v=voltage_v, voltage_time_s=time_s)
 
     @property
     def link_faults(self) -> dict[str, str]:
@@ -359,7 +361,11 @@ class Bridge:
         if self._stands_back:
             return
         if self.flights is not None and frame.message_id in HEARD:
-            word = decode(frame) if self._gate.ground.gives(frame.system, frame.component) else None
+            ground = self._gate.ground
+            # The autopilot takes sticks by their system alone, and so a flight ends by them: any pilot's hand counts.
+            by_sticks = frame.message_id in STICKS and frame.system == ground.system
+            heeded = by_sticks or ground.gives(frame.system, frame.component)
+            word = decode(frame) if heeded else None
             target = getattr(word, "target", getattr(word, "target_system", own_address[0]))
             if word is not None and target == own_address[0]:
                 self.flights.hear(word, self._clock.boot_s())
@@ -429,7 +435,12 @@ class Bridge:
             return answer_command(message, self.arm, test) if mine else []
         if kind == "FILE_TRANSFER_PROTOCOL":
             return refuse_file_transfer(message) if mine else []
-        return self._parameters.handle(message, self.armed)
+        in_flight = self.flights is not None and self.flights.flight.state is not State.IDLE
+        return self._parameters.handle(message, self._may_be_armed(now_s), in_flight=in_flight)
+
+    def _may_be_armed(self, now_s: float) -> bool:
+        """Whether the vehicle is armed, or nothing says that it is not: an autopilot that is not heard may be."""
+        return self.armed or (self._companion is not None and not self._companion.heard.is_there(now_s))
 
     def _flush(self) -> None:
         self._say_unsaid()

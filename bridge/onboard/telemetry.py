@@ -210,6 +210,11 @@ class ThrustFeedback:
         heard = self._heard(now_s)
         return sum(sample.voltage_v for sample in heard) / len(heard) if heard else math.nan
 
+    @property
+    def voltage_time_s(self) -> float:
+        """When a controller reported its voltage last; -inf before."""
+        return max((sample.time_s for sample in self._latest.values()), default=-math.inf)
+
     def _heard(self, now_s: float) -> list[EscSample]:
         return [sample for sample in self._latest.values() if now_s - sample.time_s < STALE_S]
 

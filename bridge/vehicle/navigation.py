@@ -18,7 +18,7 @@ class Navigation:
 
     `velocity` is that of the body's origin, held through dropouts. The yaw component of `rate` comes from the
     fibre-optic gyro if there is one. `heading_rad` is unwrapped. `voltage_v` is the recent battery voltage, NaN if
-    unknown; `altitude_m` the height over the bottom.
+    unknown, as last reported at `voltage_time_s`; `altitude_m` the height over the bottom.
     """
 
     velocity: Vector3 = NAN3
@@ -33,6 +33,7 @@ class Navigation:
     voltage_v: float = math.nan
     altitude_m: float = math.nan
     altitude_time_s: float = math.nan
+    voltage_time_s: float = math.nan
 
 
 def known_at(navigation: Navigation, now_s: float) -> Navigation:

@@ -32,7 +32,8 @@ ERROR_SENTENCES: Final = {
 }
 NOT_FROM_HERE: Final = "the vehicle does not permit it; it may take orders from another ground alone"
 NOT_KEPT: Final = (
-    "the vehicle does not take it: its disk can't be written, or it is armed and its feed-forward acts"
+    "the vehicle does not take it: its disk can't be written, a flight is under way, or it is armed and its "
+    "feed-forward acts"
 )
 ANOTHER_WROTE: Final = (
     "the vehicle holds another set than was read back from it just now: another program wrote to it meanwhile"

@@ -34,7 +34,8 @@ class Aboard:
             assert self.parameters.write(COMMIT, crc, armed=False) is None
         assert self.parameters.write(MODE, float(mode), armed=False) is None
         configuration = next(iter(file.vehicle.configurations))
-        self.companion = Companion(file, configuration, self.parameters, Ground(), store)
+        ground = options.setdefault("ground", Ground())
+        self.companion = Companion(file, configuration, self.parameters, ground, store)
         links = [*more_links, autopilot.aboard]
         self.bridge = Bridge(
             file.vehicle, autopilot.clock, links, self.parameters, companion=self.companion, **options

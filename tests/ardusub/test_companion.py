@@ -80,6 +80,33 @@ def test_a_companion_to_which_nothing_was_uploaded_leaves_the_sticks_alone_and_s
     assert pwm(aboard)[2] == pytest.approx(stick_pwm(300), abs=1)
 
 
+def test_an_autopilot_that_was_not_heard_yet_or_is_silent_counts_as_armed(fake):
+    """No mode is raised unproven, and no set changes under a mode that acts."""
+    aboard, pilot = Aboard(fake), Pilot(fake)
+    fake.dead = True
+    fake.run(2.0, aboard)
+
+    def written(name, value):
+        encoder = Encoder(255, 190)
+        fake.ends[1].write(encoder.encode(dialect.MAVLink_param_set_message(1, 191, name.encode(), value, 9)))
+        fake.run(0.1, aboard)
+        return aboard.parameters.value(name)
+
+    raised = float(Mode.BOTH)
+    assert written("FF_MODE", raised) == Mode.OFF, "never heard"
+    assert written("FF_MODE", float(Mode.SHADOW)) == Mode.SHADOW, "no rise"
+    fake.dead = False
+    assert fake.until(lambda: aboard.companion.law, WAIT_S, aboard, pilot)
+    fake.dead = True
+    assert written("FF_MODE", raised) == Mode.BOTH, "heard a moment ago, disarmed"
+    fake.run(4.0, aboard)
+    active = aboard.parameters.active_crc
+    assert written("FF_COMMIT", 0.0) == active, "silent"
+    assert written("FF_MODE", 0.0) == Mode.OFF
+    assert written("FF_MODE", raised) == Mode.OFF, "silent"
+    assert written("FF_COMMIT", 0.0) == 0.0, "nothing acts"
+
+
 def test_nothing_is_sent_to_an_autopilot_that_was_not_heard(fake):
     fake.dead = True
     aboard = Aboard(fake, Mode.BOTH)
@@ -564,6 +591,24 @@ def test_a_disk_that_stalls_holds_no_loop_up_and_the_sticks_are_taken_once_their
     (taken,) = handover.step(True, 1.3, asked=True)
     assert (taken.get_type(), taken.param_value) == ("PARAM_SET", 1.0)
     assert (handover.holder, store.read_text()) == (Holder.TAKING, "255\n")
+
+
+def test_a_disk_that_stalls_holds_no_loop_up_as_the_sticks_are_given_back(tmp_path):
+    disk, store = Stalled(), tmp_path / "rov.sticks"
+    handover = Handover(1, 1, 255, store, disk)
+    handover.on_value("SYSID_MYGCS", 255.0, 0.0)
+    handover.step(False, 0.0, asked=False)
+    handover.step(True, 1.0, asked=True)
+    disk.goes_on()
+    for at_s in (1.1, 1.5):
+        handover.step(True, at_s, asked=True)
+    handover.on_value("SYSID_MYGCS", 1.0, 1.6)
+    for at_s in (2.0, 2.5):
+        handover.step(False, at_s, asked=False)
+    handover.on_value("SYSID_MYGCS", 255.0, 2.6)
+    assert (handover.holder, store.exists()) == (Holder.FREE, True)
+    disk.goes_on()
+    assert not store.exists()
 
 
 def test_a_disk_that_stalls_while_the_sticks_are_held_is_asked_once(tmp_path):

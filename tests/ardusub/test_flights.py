@@ -5,7 +5,7 @@ import sys
 
 import numpy as np
 import pytest
-from fakes.ardusub import ALT_HOLD, MANUAL, Ardusub, Quirks
+from fakes.ardusub import ALT_HOLD, DISARM_BUTTON, MANUAL, Ardusub, Quirks
 from fakes.firmware import Firmware
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 from rig import FILE, Aboard, Pilot, arm, ready
@@ -15,8 +15,10 @@ from bench.ardusub.firmware import SteppedLink
 from bridge.files import state_folder
 from bridge.flight.flight import End, State
 from bridge.flight.limits import FlightLimits
+from bridge.onboard.orders import Ground
 from bridge.onboard.program import LEAVE_WITHIN_S
 from bridge.vehicle.legs import Leg
+from bridge.vehicle.mode import Mode
 from bridge.wire.framing import Encoder, Framer, decode
 from gcs_plugin.flying.session import FlightSession
 from tui.flight_recording import recorded_crew
@@ -33,17 +35,17 @@ SOONEST_S = 4.5
 class Flown:
     """A companion, its DVL, and a ground that flies it. `ground` False: no word of the ground arrives any more."""
 
-    def __init__(self, autopilot, limits=LIMITS):
+    def __init__(self, autopilot, limits=LIMITS, **options):
         self.autopilot, self.limits, self.ground, self.alone = autopilot, limits, True, 0
         self.pilot, self.session = Pilot(autopilot), FlightSession((1, 191), 1000)
-        self.pilot.flies = False
+        self.pilot.flies, self.options = False, options
         feed = self.pilot.framer.feed
         self.pilot.framer.feed = lambda data: [self._heard(frame) for frame in feed(data)]
         self.start()
 
     def start(self):
         """A companion starts, in place of one before it."""
-        self.aboard = Aboard(self.autopilot, file=WITH_DVL, store=state_folder() / "sticks")
+        self.aboard = Aboard(self.autopilot, file=WITH_DVL, store=state_folder() / "sticks", **self.options)
         self.dvl = Dvl(self.autopilot, self.aboard, (0.0, 0.0, 0.0))
 
     @property
@@ -167,6 +169,55 @@ def test_a_touched_stick_has_the_vehicle_at_once_in_the_mode_it_was_in(flown):
     assert flown.aboard.companion.heard.mode == ALT_HOLD
     assert flown.armed
     assert flown.is_free()
+
+
+@pytest.mark.parametrize("moved", ["sticks", "override"])
+def test_the_sticks_of_any_program_of_the_grounds_system_end_a_flight_though_a_single_one_gives_orders(moved):
+    flown = Flown(Ardusub(), ground=Ground(255, 190)).afloat().flying()
+    gamepad = Encoder(255, 7)
+    away = (1500, 1500, 1500, 1500, 1700, 1500, 65535, 65535)
+    message = {
+        "sticks": dialect.MAVLink_manual_control_message(1, 800, 0, 500, 0, 0),
+        "override": dialect.MAVLink_rc_channels_override_message(1, 0, *away),
+    }[moved]
+    flown.autopilot.ground.write(gamepad.encode(message))
+    flown.run(0.2)
+    assert (flown.flight.state, flown.flight.end) == (State.IDLE, End.STICKS)
+
+
+def test_a_short_tap_on_a_button_that_ends_a_flight_is_obeyed_by_the_autopilot_too():
+    flown = Flown(Ardusub()).afloat().flying()
+    flown.pilot.flies = True
+    flown.run(0.2)
+    flown.pilot.send(dialect.MAVLink_manual_control_message(1, **flown.pilot.sticks, buttons=DISARM_BUTTON))
+    flown.run(0.2)
+    assert (flown.flight.end, flown.autopilot.armed) == (End.STICKS, False)
+
+
+def test_a_battery_that_is_not_told_any_more_counts_as_too_low_after_2_s_from_its_last_reading():
+    flown = Flown(Ardusub()).afloat().flying(0.5)
+    flown.autopilot.voltage_v = 0.0
+    last_s = flown.aboard.companion.heard.voltage_s
+    flown.until(lambda: flown.flight.state is State.RETURNING, 4.0)
+    assert flown.flight.end is End.BATTERY
+    assert 2.2 < flown.autopilot.clock.boot_s() - last_s < 2.4, "2 s, and a quarter for every limit"
+
+
+@pytest.mark.parametrize("mode", [Mode.OFF, Mode.SHADOW])
+def test_no_set_is_put_in_force_in_a_flight_whose_loop_would_wait_for_the_disk(mode):
+    flown = Flown(Ardusub(), mode=mode).afloat().flying(0.5)
+    parameters, kept = flown.aboard.parameters, []
+    parameters._memory.save = lambda *stored: kept.append(stored)
+    active = parameters.active_crc
+    flown.pilot.write("FF_COMMIT", 0.0, component=191)
+    flown.run(0.2)
+    assert (parameters.active_crc, kept) == (active, [])
+    assert "FF_COMMIT refused: in a flight, end it first" in flown.pilot.texts()
+    flown.autopilot.arm(False)
+    flown.until(lambda: flown.flight.state is State.IDLE, 3.0)
+    flown.pilot.write("FF_COMMIT", 0.0, component=191)
+    flown.run(0.2)
+    assert (parameters.active_crc, len(kept)) == (0, 1)
 
 
 def test_the_end_key_holds_it_and_a_second_press_disarms_it(flown):

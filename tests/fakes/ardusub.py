@@ -21,6 +21,8 @@ MANUAL, ALT_HOLD, POSHOLD = 19, 2, 16
 NEVER_SENT = (105, 331, 375, 69, 230)
 """HIGHRES_IMU, ODOMETRY, ACTUATOR_OUTPUT_STATUS, MANUAL_CONTROL, ESTIMATOR_STATUS: denied."""
 WIND = 168
+DISARM_BUTTON = 1 << 4
+"""As ArduSub binds the buttons by default (joystick.cpp): a press is obeyed as its message arrives."""
 MESSAGES_REQUESTED_FROM = (4, 0, 0)
 UNASKED = {0: 1.0, 36: 0.5, 30: 0.1}
 """Seconds between two of a message on a link that asked for nothing."""
@@ -181,6 +183,7 @@ class Ardusub:
         elif kind == "MANUAL_CONTROL" and mine:
             self.mygcs_s = self.pilot_s = now_s
             self.sticks = (message.x, message.y, message.z, message.r)
+            self.armed = self.armed and not message.buttons & DISARM_BUTTON
         elif kind == "COMMAND_LONG" and message.command == dialect.MAV_CMD_SET_MESSAGE_INTERVAL:
             self.interval(int(message.param1), message.param2, frame, now_s)
         elif kind == "COMMAND_LONG":

@@ -22,12 +22,12 @@ class Ideal:
     def __init__(self, limits=LIMITS, *, depth_m=1.5, sways=True):
         self.flight, self.limits = Flight(sways=sways), limits
         self.now_s, self.armed = 100.0, True
-        self.ground = self.dvl = self.imu = self.depth_sensor = True
+        self.ground = self.dvl = self.imu = self.depth_sensor = self.battery = True
         self.in_command = True
         self.sticks_moved, self.tilt_rad, self.voltage_v, self.altitude_m = False, 0.0, 16.0, 6.0
         self.pushed_m_s = 0.0
         self.depth_m, self.heading_rad, self.velocity = depth_m, 0.5, (0.0, 0.0, 0.0)
-        self.ground_s = self.dvl_s = self.imu_s = self.depth_s = self.now_s
+        self.ground_s = self.dvl_s = self.imu_s = self.depth_s = self.battery_s = self.now_s
         self.reference, self.was = None, []
 
     def inputs(self):
@@ -35,6 +35,7 @@ class Ideal:
         self.dvl_s = self.now_s if self.dvl else self.dvl_s
         self.imu_s = self.now_s if self.imu else self.imu_s
         self.depth_s = self.now_s if self.depth_sensor else self.depth_s
+        self.battery_s = self.now_s if self.battery else self.battery_s
         half, tilt = self.heading_rad / 2, self.tilt_rad / 2
         attitude = (
             math.cos(half) * math.cos(tilt),
@@ -44,7 +45,7 @@ class Ideal:
         )
         navigation = Navigation(
             self.velocity, self.dvl_s, (0.0, 0.0, 0.0), self.imu_s, attitude, self.heading_rad, self.imu_s,
-            self.depth_m, self.depth_s, self.voltage_v, self.altitude_m, self.dvl_s,
+            self.depth_m, self.depth_s, self.voltage_v, self.altitude_m, self.dvl_s, self.battery_s,
         )  # fmt: skip
         return FlightInputs(
             self.now_s, navigation, self.armed, self.ground_s, self.sticks_moved, self.in_command

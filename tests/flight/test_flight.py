@@ -300,6 +300,23 @@ def test_nothing_begins_with_what_is_missing(words, break_it):
     assert vehicle.flight.state is State.IDLE
 
 
+def test_an_altitude_or_a_battery_that_is_not_measured_any_more_counts_as_too_low_2_s_after_its_last_reading():
+    for lost, end in (("altitude_m", End.ALTITUDE), ("battery", End.BATTERY)):
+        vehicle = Ideal().flying()
+        if lost == "altitude_m":
+            # The bottom is seen no more: its last reading ages, while the velocity comes.
+            inputs, last_s = vehicle.inputs, vehicle.now_s
+            vehicle.inputs = lambda inputs=inputs, last_s=last_s: replace(
+                (now := inputs()), navigation=replace(now.navigation, altitude_time_s=last_s)
+            )
+        else:
+            last_s = vehicle.now_s
+            vehicle.battery = False
+        vehicle.until(State.RETURNING, 4.0)
+        assert vehicle.flight.end is end
+        assert 2.2 < vehicle.now_s - last_s < 2.4, "2 s, and a quarter for every limit"
+
+
 def test_a_battery_just_below_its_limit_does_not_read_as_the_limit_itself():
     vehicle = Ideal()
     vehicle.voltage_v = 12.998
