@@ -41,6 +41,23 @@ for index, row in ipairs(K.params) do
   staged[index] = own(K.key + 1, K.prefix, index, row.name, row.default)
 end
 
+-- The wiring in which the mixer's output is back wherever this script stops. A crew may change it with the script there.
+local outputs = {}
+for _, row in ipairs(K.factors) do
+  for _, number in ipairs({row.motor, K.first_output + row.motor - 1}) do
+    local name, made = "SERVO" .. number .. "_FUNCTION", Parameter()
+    assert(made:init(name), "seatrial: no parameter " .. name)
+    outputs[#outputs + 1] = {name = name, of = made, wanted = 32 + row.motor}
+  end
+end
+
+local function miswired()
+  for _, output in ipairs(outputs) do
+    local is = output.of:get()
+    if is ~= output.wanted then return string.format("%s is %g, not %d", output.name, is, output.wanted) end
+  end
+end
+
 local mode, active, active_crc = OFF, nil, 0
 local coefficients = {}
 
@@ -344,7 +361,7 @@ local proof = {tick = 0, ends = nil}
 
 local function prove()
   if proof.ends ~= nil then return end
-  if arming:is_armed() then
+  if arming:is_armed() or miswired() then
     proof.tick = 0
     return
   end
@@ -414,6 +431,8 @@ local function order(wanted)
     why = string.format("FF_MODE refused: %g is no mode", wanted)
   elseif wanted >= ALONE and proof.ends == false then
     why = "FF_MODE refused: outputs would freeze"
+  elseif wanted >= ALONE and miswired() then
+    why = "FF_MODE refused: " .. miswired()
   elseif wanted >= ALONE and not active then
     why = "F1 FF_MODE refused: no active set"
   elseif arming:is_armed() and LEFT_TO_IT[wanted] > LEFT_TO_IT[mode] then
@@ -551,6 +570,11 @@ local function update()
   if wanted ~= mode then order(wanted) end
   prove()
   if proof.ends == false and mode >= ALONE then order(OFF) end
+  local fault = mode >= ALONE and miswired()
+  if fault then
+    say("FF off: " .. fault)
+    order(OFF)
+  end
   fly(dt)
   if scan then
     go_on()

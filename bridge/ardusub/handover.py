@@ -162,7 +162,7 @@ class Handover:
             and value not in (self._system, self._before)
         ):
             if self.holder is Holder.LEAVING:
-                self._forget()
+                self._aside.submit(self._forget)
             self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
             self._lose_to_another(value)
         elif self.holder is Holder.FREE and not self._barred and value != before:

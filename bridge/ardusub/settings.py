@@ -51,7 +51,6 @@ class Settings(Questions):
         ]
         others = [
             PILOT_FAILSAFE_AFTER,
-            HEAVE_GAIN,
             COUPLING,
             *(DVL if has_dvl else ()),
             *ARDUSUB.corners.values(),
@@ -129,8 +128,10 @@ class Settings(Questions):
             return f"{FRAME} {self.values[FRAME]:g} is not supported: 1 (vectored) and 2 (vectored_6dof) are"
         if self._thrusters != len(MOTOR_FACTORS[int(self.values[FRAME])]):
             return f"{FRAME} {self.values[FRAME]:g} has not {self._thrusters} thrusters: name that vehicle's own file"
+        # Without a fail-safe a dead companion would leave the last sticks in force.
         for name in (FAILSAFE, PILOT_FAILSAFE):
-            # NaN too: without a fail-safe a dead companion would leave the last sticks in force.
+            if math.isnan(self.values[name]):
+                return f"{name} is not read yet"
             if not self.values[name] > WARNS_ALONE:
                 return f"{name} must stop the vehicle: set it to 2"
         if self.version >= TIMED_FROM and not self.fails_after_s <= LONGEST_ALONE_S:

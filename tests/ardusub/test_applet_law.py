@@ -241,6 +241,37 @@ def test_disarmed_held_by_itself_or_without_a_motor_the_mixer_alone_drives(chang
     assert rig.fake.pwm[8:14] == rig.fake.mixed()[8:14]
 
 
+@pytest.mark.parametrize("output", [1, 9, 12])
+def test_where_an_output_is_wired_anew_it_is_off_at_once_and_refuses_to_act(output):
+    """As by a crew that has gone back to outputs 1 to 6, and has hung its lights on the upper ones."""
+    rig = acting()
+    rig.fake.parameters[f"SERVO{output}_FUNCTION"] = 59.0
+    rig.tick((600, 0, 0))
+    assert rig.fake.parameters["FF_MODE"] == Mode.OFF
+    rig.tick((600, 0, 0))
+    assert rig.fake.pwm == rig.fake.mixed()
+    motor = output if output < 9 else output - 8
+    assert rig.said(f"FF off: SERVO{output}_FUNCTION is 59, not {32 + motor}")
+    rig.order(Mode.BOTH)
+    assert rig.fake.parameters["FF_MODE"] == Mode.OFF
+    assert rig.said(f"FF_MODE refused: SERVO{output}_FUNCTION is 59")
+    rig.order(Mode.SHADOW)
+    assert rig.fake.parameters["FF_MODE"] == Mode.SHADOW
+
+
+def test_a_script_that_starts_on_outputs_wired_anew_sends_them_no_pulse_of_its_proof():
+    rig = Rig()
+    rig.fake.armed = False
+    rig.fake.parameters["SERVO1_FUNCTION"] = 59.0
+    rig.fake.scripting.boot(rig.fake.clock.now_s)
+    seen = set()
+    for _ in range(100):
+        rig.fake.run(TICK_S)
+        seen |= {tuple(rig.fake.scripting.overrides)}
+    assert rig.fake.scripting.scripts, rig.fake.texts
+    assert seen == {()}
+
+
 def test_a_script_that_stops_leaves_the_mixers_output_50_ms_later():
     rig = acting()
     rig.fake.scripting.stop()
