@@ -593,26 +593,9 @@ def test_a_disk_that_stalls_holds_no_loop_up_and_the_sticks_are_taken_once_their
     assert (handover.holder, store.read_text()) == (Holder.TAKING, "255\n")
 
 
-def test_a_disk_that_stalls_holds_no_loop_up_as_the_sticks_are_given_back(tmp_path):
-    disk, store = Stalled(), tmp_path / "rov.sticks"
-    handover = Handover(1, 1, 255, store, disk)
-    handover.on_value("SYSID_MYGCS", 255.0, 0.0)
-    handover.step(False, 0.0, asked=False)
-    handover.step(True, 1.0, asked=True)
-    disk.goes_on()
-    for at_s in (1.1, 1.5):
-        handover.step(True, at_s, asked=True)
-    handover.on_value("SYSID_MYGCS", 1.0, 1.6)
-    for at_s in (2.0, 2.5):
-        handover.step(False, at_s, asked=False)
-    handover.on_value("SYSID_MYGCS", 255.0, 2.6)
-    assert (handover.holder, store.exists()) == (Holder.FREE, True)
-    disk.goes_on()
-    assert not store.exists()
-
-
-def test_a_disk_that_stalls_while_the_sticks_are_held_is_asked_once(tmp_path):
-    disk, store = Stalled(), tmp_path / "rov.sticks"
+def held_on_a_disk(store):
+    """A handover that holds the sticks since 1.6 s, and its disk, which stalls from then on."""
+    disk = Stalled()
     handover = Handover(1, 1, 255, store, disk)
     handover.on_value("SYSID_MYGCS", 255.0, 0.0)
     handover.step(False, 0.0, asked=False)
@@ -622,6 +605,22 @@ def test_a_disk_that_stalls_while_the_sticks_are_held_is_asked_once(tmp_path):
         handover.step(True, at_s, asked=True)
     handover.on_value("SYSID_MYGCS", 1.0, 1.6)
     assert handover.holder is Holder.HELD
+    return handover, disk
+
+
+def test_a_disk_that_stalls_holds_no_loop_up_as_the_sticks_are_given_back(tmp_path):
+    store = tmp_path / "rov.sticks"
+    handover, disk = held_on_a_disk(store)
+    for at_s in (2.0, 2.5):
+        handover.step(False, at_s, asked=False)
+    handover.on_value("SYSID_MYGCS", 255.0, 2.6)
+    assert (handover.holder, store.exists()) == (Holder.FREE, True)
+    disk.goes_on()
+    assert not store.exists()
+
+
+def test_a_disk_that_stalls_while_the_sticks_are_held_is_asked_once(tmp_path):
+    handover, disk = held_on_a_disk(tmp_path / "rov.sticks")
     for at_s in range(2, 20):
         handover.step(True, float(at_s), asked=True)
     assert len(disk.waiting) == 1
