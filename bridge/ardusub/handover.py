@@ -25,6 +25,7 @@ from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.files import read_small, to_disk, whole
 from bridge.firmware.ardusub import PILOT
+from bridge.firmware.questions import unread
 from bridge.onboard.parameters import InlineExecutor
 
 AGAIN_S: Final = 0.5
@@ -90,16 +91,16 @@ class Handover:
     def given_back(self) -> bool:
         """Whether the sticks are the pilot's for all that is known: not before what a companion that died has left was
         read."""
-        unread = (
+        unknown = (
             self.starting and self._left_behind and (math.isnan(self.value) or self.value == self._system)
         )
-        return self.holder is Holder.FREE and not unread
+        return self.holder is Holder.FREE and not unknown
 
     @property
     def obstacle(self) -> str:
         """Why the sticks can't be taken now, "" if they can."""
         if self.fault or math.isnan(self.value):
-            return self.fault or f"{PILOT} is not read yet"
+            return self.fault or unread(PILOT)
         foreign = self.holder is Holder.FREE and self.value != self._ground
         if not foreign:
             return ""
@@ -161,8 +162,7 @@ class Handover:
             and asked
             and value not in (self._system, self._before)
         ):
-            if self.holder is Holder.LEAVING:
-                self._aside.submit(self._forget)
+            self._aside.submit(self._forget)
             self.holder, self._due_s = Holder.FREE, now_s + CHECK_EVERY_S
             self._lose_to_another(value)
         elif self.holder is Holder.FREE and not self._barred and value != before:
@@ -217,8 +217,8 @@ class Handover:
         if self.value == self._system:
             self.said.append(f"{PILOT} was left at {self._system}: putting it back")
             self._begin(Holder.LEAVING, now_s)
-        else:
-            self._forget()
+        elif self._left_behind:
+            self._aside.submit(self._forget)
 
     def _begin(self, holder: Holder, now_s: float) -> None:
         self.holder, self._due_s, self._deadline_s = holder, now_s, now_s + GIVE_UP_S
@@ -234,6 +234,8 @@ class Handover:
                 f"sticks not taken: no answer for {PILOT}: look at the autopilot's link, then {_ON_AGAIN}",
             )
             self._begin(Holder.LEAVING, now_s)
+        if now_s >= self._deadline_s and not self.trouble:
+            self.trouble = f"sticks not given back: no answer for {PILOT}: look at the autopilot's link"
         if now_s < self._due_s:
             return []
         if self._read_s >= self._wrote_s:

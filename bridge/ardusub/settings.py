@@ -29,7 +29,7 @@ from bridge.firmware.ardusub import (
     function_name,
     version_of,
 )
-from bridge.firmware.questions import AGAIN_S, Questions
+from bridge.firmware.questions import AGAIN_S, Questions, unread
 
 RENEW_S: Final = 2.0
 """One is read anew so often, in turn: a crew changes them, and an echo or an answer may be lost."""
@@ -119,9 +119,9 @@ class Settings(Questions):
     def obstacle(self) -> str:
         """Why the companion may not hold the sticks, and the way out; "" if it may."""
         if not self.complete:
-            return "the autopilot's parameters are not read yet"
+            return unread("the autopilot's parameters", "are")
         if self.version == _NO_VERSION:
-            return "the autopilot's version is not read yet"
+            return unread("the autopilot's version")
         if self.version < TRIED_FROM:
             return f"ArduSub {'.'.join(map(str, self.version))} is too old: update it to 4.5 or 4.6"
         if self.values[FRAME] not in MOTOR_FACTORS:
@@ -131,16 +131,16 @@ class Settings(Questions):
         # Without a fail-safe a dead companion would leave the last sticks in force.
         for name in (FAILSAFE, PILOT_FAILSAFE):
             if math.isnan(self.values[name]):
-                return f"{name} is not read yet"
+                return unread(name)
             if not self.values[name] > WARNS_ALONE:
                 return f"{name} must stop the vehicle: set it to 2"
         if self.version >= TIMED_FROM and not self.fails_after_s <= LONGEST_ALONE_S:
             if math.isnan(self.fails_after_s):
-                return f"{FAILSAFE_AFTER} is not read yet"
+                return unread(FAILSAFE_AFTER)
             return f"{FAILSAFE_AFTER} is {self.fails_after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
         after_s = self.values[PILOT_FAILSAFE_AFTER]
         if math.isnan(after_s):
-            return f"{PILOT_FAILSAFE_AFTER} is not read yet"
+            return unread(PILOT_FAILSAFE_AFTER)
         if after_s > LONGEST_ALONE_S:
             return f"{PILOT_FAILSAFE_AFTER} is {after_s:g} s: set it to {LONGEST_ALONE_S:g} or less"
         if math.isnan(self.values[PILOT]):
@@ -159,9 +159,7 @@ class Settings(Questions):
         gain = self._apart[HEAVE_GAIN]
         if gain == 1.0:
             return ""
-        return (
-            f"{HEAVE_GAIN} is not read yet" if math.isnan(gain) else f"{HEAVE_GAIN} is {gain:g}: set it to 1"
-        )
+        return unread(HEAVE_GAIN) if math.isnan(gain) else f"{HEAVE_GAIN} is {gain:g}: set it to 1"
 
     @property
     def advice(self) -> tuple[str, ...]:

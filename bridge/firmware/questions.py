@@ -42,3 +42,8 @@ class Questions:
             if name not in self.values:
                 self._asked, self._due_s = 0, -math.inf
             self.values[name] = value
+
+
+def unread(name: str, verb: str = "is") -> str:
+    """The sentence for the crew on a value that the autopilot has not answered yet."""
+    return f"{name} {verb} not read yet: wait, or look at the autopilot's link"

@@ -646,7 +646,31 @@ def test_another_program_that_takes_the_sticks_meanwhile_keeps_them(tmp_path, wa
     assert handover.holder is Holder.FREE
     assert "SYSID_MYGCS set to 254 by another program" in handover.trouble
     assert [written(handover, wanted, 4.2 + k) for k in range(20)] == [[]] * 20
-    assert wanted or not store.exists()
+    assert not store.exists()
+
+
+def test_sticks_whose_return_nobody_confirms_are_said_once_and_the_sentence_ends_with_the_answer(tmp_path):
+    handover, _disk = held_on_a_disk(tmp_path / "rov.sticks")
+    sentence = "sticks not given back: no answer for SYSID_MYGCS: look at the autopilot's link"
+    said = []
+    for at_s in range(2, 30):
+        handover.step(False, float(at_s), asked=False)
+        said.append(handover.trouble)
+    assert said == [""] * 10 + [sentence] * 18, "a grace of ten seconds"
+    handover.on_value("SYSID_MYGCS", 255.0, 30.0)
+    handover.step(False, 30.1, asked=False)
+    assert (handover.holder, handover.trouble) == (Holder.FREE, "")
+
+
+def test_a_disk_that_stalls_holds_no_loop_up_as_a_file_left_over_is_removed(tmp_path):
+    disk, store = Stalled(), tmp_path / "rov.sticks"
+    store.write_text("255\n")
+    handover = Handover(1, 1, 255, store, disk)
+    handover.on_value("SYSID_MYGCS", 255.0, 0.0)
+    handover.step(False, 0.0, asked=False)
+    assert store.exists()
+    disk.goes_on()
+    assert not store.exists()
 
 
 def written(handover, wanted, at_s):

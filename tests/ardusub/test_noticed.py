@@ -88,7 +88,7 @@ WRONG = {
     ),
     "a fail-safe of the pilot's of which nobody knows how long it waits": (
         {"FS_PILOT_TIMEOUT": None},
-        "no feed-forward: FS_PILOT_TIMEOUT is not read yet",
+        "no feed-forward: FS_PILOT_TIMEOUT is not read yet: wait, or look at the autopilot's link",
     ),
     "a fail-safe of the pilot's that waits too long": (
         {"FS_PILOT_TIMEOUT": 10.0},
@@ -126,7 +126,9 @@ def test_the_sticks_are_taken_where_the_fail_safe_of_the_pilot_waits_no_longer_t
 def test_the_sticks_are_not_taken_before_the_version_is_read():
     fake, aboard, pilot = afloat({})
     fake.version = (0, 0, 0)
-    sentence = "no feed-forward: the autopilot's version is not read yet"
+    sentence = (
+        "no feed-forward: the autopilot's version is not read yet: wait, or look at the autopilot's link"
+    )
     assert fake.until(lambda: sentence in pilot.words(), WAIT_S, aboard, pilot), pilot.texts()
     fake.run(2.0, aboard, pilot)
     assert not taken(aboard)
