@@ -74,6 +74,14 @@ def test_fog_and_imu_are_told_apart_and_fields_that_are_not_new_are_left_out(tmp
     assert 5.55 in dive.specific_force.time_s
 
 
+def test_a_second_imu_with_all_its_axes_is_no_fibre_optic_gyro(tmp_path: Path) -> None:
+    stamped = [m for m in contract_dive() if getattr(m[3], "id", 0) != 1]
+    stamped += [(t, 1, 1, imu(t, 1, 0b111111, (0.1, 0.2, 0.3))) for t in np.arange(5.0, 6.0, 0.05)]
+    dive = read_dive(write(tmp_path / "a.tlog", recording(sorted(stamped, key=lambda m: m[0]))))
+    assert dive.fog is None
+    assert dive.gyro is not None
+
+
 def test_an_array_of_another_contract_version_is_not_read(tmp_path: Path) -> None:
     stamped = [m for m in contract_dive() if getattr(m[3], "msgname", "") != "DEBUG_FLOAT_ARRAY"]
     stamped += [(5.0, 1, 1, array(5.0, "TAU_CMD", (1.0,), version=2))]

@@ -259,7 +259,7 @@ def _contract(messages: Messages) -> dict[str, Signal | None]:
     signals = {
         "gyro": _updated(imu, GYRO_BITS, ("xgyro", "ygyro", "zgyro")),
         "specific_force": _updated(imu, ACCELERATION_BITS, ("xacc", "yacc", "zacc")),
-        "fog": _updated(messages.get("HIGHRES_IMU", id=1), FOG_BIT, ("zgyro",)),
+        "fog": _fog(messages.get("HIGHRES_IMU", id=1)),
         "attitude": _attitude(messages),
         "pressure": _columns(messages.get("SCALED_PRESSURE2"), ("press_abs",), 100.0),
         "altitude": _altitude(messages.get("DISTANCE_SENSOR", orientation=DOWNWARD)),
@@ -335,6 +335,12 @@ def _where(time_s: Array, value: Array, good: NDArray[np.bool_]) -> Signal:
 def _updated(batch: Batch, bits: int, names: tuple[str, ...]) -> Signal:
     """Fields of the messages that mark them as new in `fields_updated`."""
     return _where(batch.time_s, batch.columns(*names), batch.fields["fields_updated"] & bits == bits)
+
+
+def _fog(batch: Batch) -> Signal:
+    """The yaw rate of messages that hold nothing else of an IMU: the second IMU of an autopilot has all its axes."""
+    new = batch.fields["fields_updated"] & (GYRO_BITS | ACCELERATION_BITS)
+    return _where(batch.time_s, batch.columns("zgyro"), new == FOG_BIT)
 
 
 def _attitude(messages: Messages) -> Signal | None:
