@@ -152,6 +152,13 @@ def test_a_vehicle_that_stays_at_the_surface_is_identified_with_a_warning(zero_m
     assert answer.values() == {"M_u": 100.0, "D_u": 50.0}
 
 
+def test_a_depth_above_the_water_is_warned_of_with_the_ways_out():
+    (doubt,) = doubts_of(-5.2 + 0.5 * np.sin(TIME_S)).doubts
+    assert doubt.problem == "The depth is above the water: 5.2 m in the median"
+    assert "`scale: -1`" in doubt.remedy
+    assert "`surface_pressure_hpa`" in doubt.remedy
+
+
 @pytest.mark.parametrize(
     "depth_m",
     [np.where((TIME_S > 50.0) & (TIME_S < 70.0), 2.0, 0.0), 0.5 + 0 * TIME_S, np.nan * TIME_S],
