@@ -9,6 +9,7 @@ code that flew it has changed, and read again if the code that identified it has
 import json
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from itertools import product
 from pathlib import Path
@@ -82,8 +83,9 @@ def measured(path: Path, runs: Path, name: str) -> dict[str, Any]:
     elif name == FOLLOWING:
         figures = measured_following(path, runs / name)
     elif name == PLAIN:
-        recordings = (recording_of(path, runs, name, seed) for seed in range(1, PLAIN_DIVES + 1))
-        figures = identified([answer_of("identify", each) for each in recordings], truth_of(CASES[name]))
+        recordings = [recording_of(path, runs, name, seed) for seed in range(1, PLAIN_DIVES + 1)]
+        axes = identified([answer_of("identify", each) for each in recordings], truth_of(CASES[name]))
+        figures = {"axes": axes, "answers": [diagnosed(answer_of("diagnose", each)) for each in recordings]}
     else:
         first = recording_of(path, runs, name, 1)
         model = first.parents[1] / "accepted.param"
@@ -170,7 +172,7 @@ def _sized(cause: dict[str, Any]) -> str:
 
 def table(results: dict[str, dict[str, Any]]) -> str:
     rows = []
-    for name, figures in results[PLAIN].items():
+    for name, figures in results[PLAIN]["axes"].items():
         turns = name == DOFS[5]
         units = ("kg m2", "N m") if turns else ("kg", "N")
         speed = f"{figures['speed'][0]:.2g} {'rad/s' if turns else 'm/s'}"
@@ -203,7 +205,14 @@ def table(results: dict[str, dict[str, Any]]) -> str:
         "by the autopilot's `.BIN` alone",
         "the next dive, with that accepted",
     )
-    return blocks(identifications, bench_table(head, rows), flown_by_itself(results[PLANNED]))
+    plain = Counter(map(_answered, results[PLAIN]["answers"]))
+    nothing = ", ".join(f"{words} ({count})" for words, count in plain.most_common())
+    return blocks(
+        identifications,
+        bench_table(head, rows),
+        f"Of the {plain.total()} dives with nothing planted it says: {nothing}.",
+        flown_by_itself(results[PLANNED]),
+    )
 
 
 def flown_by_itself(figures: Mapping[str, Any]) -> str:

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from bridge.arrays import Array
 from bridge.vehicle.coefficients import OF_HULL, AcceptedEffect
 from bridge.vehicle.config import Prior, VehicleFile
 from identify.checks.actuation.motors import miswired_doubts
@@ -15,6 +16,7 @@ from identify.diagnose.causes.onset import unsought, with_beginnings
 from identify.diagnose.causes.shafts import UNKNOWN_BETWEEN, Search, of_likelier_lag, of_shafts
 from identify.diagnose.changed import beyond_the_curve, changes_of, shift_of
 from identify.diagnose.cleaned import cleaned
+from identify.diagnose.filters.nominal import Nominal
 from identify.diagnose.findings import beside_thrust_gain, findings_of, strongest_first, trials_of
 from identify.diagnose.gap.drift import ran_away
 from identify.diagnose.gap.measured import gap_of, measured_of
@@ -103,11 +105,9 @@ def diagnose(
     plain = nominal
     if simulator or accepted:
         plain = ready.able(simulator or Simulator(_values(accepted or {}), ())).filters_of(nominal)
-    known_to = (
-        LEAST_FORCE * nominal.course.wrench_of(nominal.course.thrust_n).std(axis=0) if ready.held else None
-    )
+    forces_known = known_to(nominal) if ready.held else None
     tried = (*ready.tried, *search.beginnings)
-    measured = measured_of(explanation, nominal, plain, known_to, rng)
+    measured = measured_of(explanation, nominal, plain, forces_known, rng)
     missing, left, heldout = measured.missing, measured.left, measured.heldout
     forces = unexplained_forces(left)
     covariance = ready.loop.known(search.covariance, explanation.causes)
@@ -193,6 +193,14 @@ def diagnose(
         late=lateness_of(causes, explanation.now),
         hull=hull_of(explanation.now),
     )
+
+
+def known_to(nominal: Nominal) -> Array:
+    """Forces (6,) to which accepted effects are known, N and N m; inf where an estimated angle is among the readings,
+    for it wanders by more than such effects."""
+    forces = LEAST_FORCE * nominal.course.wrench_of(nominal.course.thrust_n).std(axis=0)
+    forces[[*nominal.by_estimated_angle]] = np.inf
+    return np.asarray(forces)
 
 
 def _searched(ready: Prepared, progress: Progress) -> Search:

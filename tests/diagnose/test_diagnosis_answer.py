@@ -292,6 +292,13 @@ def test_beside_accepted_effects_a_slow_wander_of_roll_or_pitch_is_no_unknown_ho
     assert above_noise(wandering, closing(1.3, NAN, "roll"), (), np.full(6, 2.0)) == wandering
 
 
+def test_beside_accepted_effects_a_wander_of_an_estimated_heading_is_no_unknown_and_one_of_another_is():
+    wandering = replace(SLOW, shapes=(GenericForce(5, "time", None, np.zeros(3), "drifting"),), forces=(9.0,))
+    estimated = np.array([2.0, 2.0, 2.0, np.inf, np.inf, np.inf])
+    assert above_noise(wandering, closing(1.0, NAN, "yaw"), (), estimated).shapes == ()
+    assert above_noise(wandering, closing(1.0, NAN, "yaw"), (), np.full(6, 2.0)) == wandering
+
+
 def test_causes_beside_accepted_effects_only_show_where_they_open_no_gap():
     causes = (finding_of("dead_zone"), finding_of("weak_thruster"))
     assert beside_accepted(causes, closing(1.0, NAN)) == ((), causes)

@@ -21,6 +21,7 @@ from identify.ingest.rotation import euler_angles, quaternions_from_euler
 TIME_S = np.arange(0.0, 30.0, 0.1)
 GYRO_S = np.arange(0.0, 30.0, 0.04)
 ROLL, PITCH = 0.2, -0.1
+DEG = np.pi / 180
 
 
 def heading(time_s):
@@ -60,6 +61,29 @@ def test_headings_before_a_reset_are_turned_by_it_and_roll_and_pitch_stay():
     (note,) = mended.notes
     assert "-1.1 deg at 10 s" in note
     assert "+2.9 deg at 20 s" in note
+
+
+def test_a_correction_within_a_second_is_taken_off_as_a_whole():
+    """1.5 deg in half a second: 0.3 deg from each attitude to the next."""
+    moves = dive([(15.0 + 0.1 * k, 1.5 * DEG / 5) for k in range(5)])
+    mended = without_heading_resets(moves)
+    _, _, psi = euler_angles(mended.attitude.value)
+    away = (TIME_S < 14.0) | (TIME_S > 16.5)
+    np.testing.assert_allclose(psi[away], heading(TIME_S[away]) + 1.5 * DEG, atol=3e-3)
+    (note,) = mended.notes
+    assert "by +1.5 deg at 15 s" in note
+
+
+def test_a_gyro_that_reads_every_turn_too_small_is_no_correction():
+    """By 5 %: in half of its turns the heading runs away from it by more than 0.3 deg within a second."""
+    turning = dive()
+    weak = replace(turning, gyro=Signal(GYRO_S, 0.95 * turning.gyro.value))
+    assert without_heading_resets(weak) is weak
+
+
+def test_a_heading_that_wanders_for_long_is_left_as_it_is():
+    wanders = dive([(10.0 + 0.1 * k, 0.2 * DEG) for k in range(100)])
+    assert without_heading_resets(wanders) is wanders
 
 
 def turned_at(at_s, rate_rad_s, gyro_every, reset=0.0):

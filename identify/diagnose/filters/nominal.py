@@ -111,6 +111,12 @@ class Nominal:
         return tuple(sorted({*self.filtered, *sampled}))
 
     @property
+    def by_estimated_angle(self) -> tuple[int, ...]:
+        """Degrees of freedom of which an angle that the vehicle estimates is among the readings."""
+        turning = (axis for axis in self.built.axes if axis.dof >= ROLL)
+        return tuple(axis.dof for axis in turning if (axis.state_read == POSITION).any())
+
+    @property
     def force_undetermined(self) -> tuple[int, ...]:
         """Degrees of freedom in which an unknown force can't be separated from an unrecorded reading."""
         return tuple(sorted({*self.velocity_unread, *self.feedback_suspected}))

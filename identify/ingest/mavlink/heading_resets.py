@@ -1,4 +1,5 @@
-"""Removes resets of the heading: steps without a turn, as when ArduPilot's estimator aligns its yaw, mostly on arming.
+"""Removes steps of the heading without a turn: resets, as when ArduPilot's estimator aligns its yaw, mostly on arming,
+and smaller corrections within a second or so, as when it learns in hard manoeuvres how far its heading was off.
 
 A step would pass for a push in yaw, and for a turn of the current. The last heading counts as true, and the headings
 before a step are turned by it.
@@ -7,6 +8,8 @@ before a step are turned by it.
 from dataclasses import replace
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+from numpy.typing import NDArray
 
 from bridge.arrays import Array
 from identify.dive import Dive, Signal
@@ -14,13 +17,32 @@ from identify.ingest.rotation import attitude_at, euler_angles
 from identify.words import listed
 
 LEAST_RAD = 0.007
-"""0.4 deg: smaller resets do not matter."""
+"""0.4 deg, of a step from one attitude to the next."""
 
 FAR = 12.0
 """Standard deviations of the difference between heading and gyro, over one step between attitudes."""
 
 MOST = 0.01
 """Largest share of the steps that may be resets: beyond it, attitude and gyro are of different motions."""
+
+CORRECTED_S, EACH_S = 1.0, 0.25
+"""Time that a correction takes, and between the beginnings of the windows in which it is looked for."""
+
+LEAST_CORRECTED_RAD, FAR_CORRECTED = 0.0017, 8.0
+"""0.1 deg, and standard deviations of the difference between heading and gyro over a window in such a turn: a gyro's
+wrong scale and a compass' deviation grow with the turn, and are no correction."""
+
+TAILS = 2
+"""Windows before and behind, which hold the rest of a correction: too little by itself."""
+
+FEW = 5
+"""Attitudes at either end of a window."""
+
+TURNING = 0.75
+"""Share of the windows that turn too little to show how far the difference grows with a turn."""
+
+MOST_CORRECTED = 0.1
+"""Largest share of the windows in which the heading may be corrected: beyond it, it wanders."""
 
 LONGEST_S, SLOWEST_HZ = 0.5, 8.0
 """Least rate of the gyro, and longest time between two attitudes, to know the turn between them."""
@@ -45,19 +67,63 @@ def without_heading_resets(dive: Dive) -> Dive:
     if not np.isfinite(unturned).any():
         return dive
     # A gyro's bias is no reset.
-    beyond = np.abs(unturned - np.nanmedian(unturned))
-    usual = 1.4826 * float(np.nanmedian(beyond))
-    reset = (beyond > max(LEAST_RAD, FAR * usual) + unsure) & (np.diff(attitude.time_s) < LONGEST_S)
-    if not 0 < np.count_nonzero(reset) <= MOST * len(reset):
+    beyond = unturned - np.nanmedian(unturned)
+    usual = 1.4826 * float(np.nanmedian(np.abs(beyond)))
+    near = np.diff(attitude.time_s) < LONGEST_S
+    stamped = STAMP_S * np.abs(turned) / np.maximum(np.diff(attitude.time_s), SHORTEST_S)
+    reset = (np.abs(beyond) > max(LEAST_RAD, FAR * usual) + unsure + stamped) & near
+    if np.count_nonzero(reset) > MOST * len(reset):
         return dive
-    later = np.append(np.cumsum(np.where(reset, unturned, 0.0)[::-1])[::-1], 0.0)
-    value = _turned(attitude.value, later)
+    slow = np.where(reset | ~near | np.isnan(beyond), 0.0, beyond)
+    corrected = _corrected(attitude.time_s, slow, np.nan_to_num(turned), np.nan_to_num(unsure))
+    by = np.where(reset, unturned, np.where(corrected, slow, 0.0))
+    if not by.any():
+        return dive
+    later = np.append(np.cumsum(by[::-1])[::-1], 0.0)
+    since_s = attitude.time_s[1:] - dive.span_s[0]
     steps = [
-        f"{np.degrees(unturned[k]):+.1f} deg at {attitude.time_s[k + 1] - dive.span_s[0]:.0f} s"
-        for k in np.flatnonzero(reset)
+        f"{np.degrees(by[step].sum()):+.1f} deg at {since_s[step].mean():.0f} s"
+        for step in _apart(reset, corrected)
     ]
     note = f"The heading was set anew, by {listed(steps)}: the headings before are turned by as much."
-    return replace(dive, attitude=Signal(attitude.time_s, value), notes=(*dive.notes, note))
+    attitude = Signal(attitude.time_s, _turned(attitude.value, later))
+    return replace(dive, attitude=attitude, notes=(*dive.notes, note))
+
+
+def _corrected(time_s: Array, beyond: Array, turned: Array, unsure: Array) -> NDArray[np.bool_]:
+    """Which of the steps (n - 1,) from each of n attitudes to the next lie in a window in which the heading departs
+    from the gyro by far more than is usual for such a turn; none if these are many. beyond, turned, unsure (n - 1,):
+    how far the heading departs from the gyro's turn in a step, that turn, and by how much each may be off, rad."""
+    begins_s = np.arange(time_s[0], time_s[-1] - CORRECTED_S, EACH_S)
+    out = np.zeros(len(beyond), dtype=np.bool_)
+    if not len(begins_s):
+        return out
+    first = np.searchsorted(time_s, begins_s)
+    last = np.searchsorted(time_s, begins_s + CORRECTED_S)
+    # The median of a few: an attitude whose stamp stumbles in a turn departs for itself alone.
+    lasting = np.median(sliding_window_view(np.pad(_total(beyond), FEW // 2, mode="edge"), FEW), axis=1)
+    off = np.abs(lasting[last] - lasting[first])
+    turns, squares = (total[last] - total[first] for total in map(_total, (np.abs(turned), unsure**2)))
+    turning = turns >= max(float(np.quantile(turns, TURNING)), 1e-9)
+    grows = float(np.median(off[turning] / turns[turning])) if turning.any() else 0.0
+    usual = 1.4826 * (float(np.median(off)) + grows * turns)
+    far = off > np.maximum(LEAST_CORRECTED_RAD, FAR_CORRECTED * usual) + np.sqrt(squares)
+    if np.mean(far) <= MOST_CORRECTED:
+        for k in np.flatnonzero(far).tolist():
+            out[first[max(k - TAILS, 0)] : last[min(k + TAILS, len(last) - 1)]] = True
+    return out
+
+
+def _total(steps: Array) -> Array:
+    """The sum (n,) of the steps (n - 1,) before each attitude."""
+    return np.concatenate([[0.0], np.cumsum(steps)])
+
+
+def _apart(reset: NDArray[np.bool_], corrected: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """The steps of each change of the heading: each reset alone, each correction as a whole."""
+    slow = np.flatnonzero(corrected & ~reset)
+    pieces = np.split(slow, np.flatnonzero(np.diff(slow) > 1) + 1) if len(slow) else []
+    return sorted([*pieces, *np.flatnonzero(reset)[:, None]], key=lambda steps: int(steps[0]))
 
 
 def _less(attitude: Signal, turned: Array) -> Array:
@@ -83,8 +149,7 @@ def _turned_by(gyro: Signal, attitude: Signal) -> tuple[Array, Array]:
         np.bincount(step[inside], each[inside], minlength=len(attitude) - 1).astype(np.float64)
         for each in (turned, off)
     )
-    rate = np.abs(turn) / np.maximum(np.diff(attitude.time_s), SHORTEST_S)
-    return turn, most + STAMP_S * rate
+    return turn, most
 
 
 def _heading_rate(attitude: Signal, gyro: Signal, time_s: Array) -> Array:
