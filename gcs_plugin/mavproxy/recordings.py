@@ -14,7 +14,7 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.errors import LogError, SeatrialError
 from bridge.links.addresses import among, same_link
-from bridge.links.link import memory_pair
+from bridge.links.link import Link, memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
@@ -36,9 +36,8 @@ class Recording:
         self, root: Path, file: VehicleFile | None, clock: Clock, say: Callable[[str], None]
     ) -> None:
         self._clock, self._say = clock, say
-        self._passed = bytearray()
-        self._frames, recorded = memory_pair()
-        recorded.name = "MAVProxy"
+        self._passed: dict[str, bytearray] = {}
+        self._frames: dict[str, Link] = {}
         name = (file.configuration or "") if file else ""
         about = about_vehicle(file, name) if file else About()
         self.dives, self._began_s = RecordedDives(root, name, lambda _: about, clock), clock.boot_s()
@@ -47,7 +46,7 @@ class Recording:
             say(f"{said.level}: {said.sentence}")
 
         self._recorder = Recorder(
-            [recorded], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
+            [], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
         )
         self._end_sync = self._recorder.begin_sync()
 
@@ -56,15 +55,20 @@ class Recording:
         """The folder of the dive that ended last."""
         return next((dive.folder for dive in reversed(self.dives.finished) if dive.folder), None)
 
-    def keep(self, frame: Frame) -> None:
-        """Take a frame that passed, in either direction."""
-        self._passed += frame.raw
+    def keep(self, frame: Frame, link: str) -> None:
+        """Take a frame that passed on the link of that name, in either direction."""
+        self._passed.setdefault(link, bytearray()).extend(frame.raw)
 
     def step(self) -> None:
         """Write the frames that have come."""
-        if self._passed:
-            self._frames.write(bytes(self._passed))
-            self._passed.clear()
+        for name, passed in self._passed.items():
+            if name not in self._frames:
+                # A link each: over a second one, a vehicle's frames come again and later, which is no second vehicle.
+                self._frames[name], recorded = memory_pair()
+                recorded.name = name
+                self._recorder.add(recorded)
+            self._frames[name].write(bytes(passed))
+            passed.clear()
         self._recorder.step(0.0)
         try:
             if self.dives.go_on_if_full(self._recorder, self._begun):
@@ -164,10 +168,10 @@ class Recordings:
                 return False
         return True
 
-    def keep(self, frame: Frame) -> None:
-        """Take a frame that passed, in either direction."""
+    def keep(self, frame: Frame, link: str) -> None:
+        """Take a frame that passed on the link of that name, in either direction."""
         if self._recording is not None:
-            self._recording.keep(frame)
+            self._recording.keep(frame, link)
 
     def tick(self) -> None:
         """Write the frames that have come, and say whether another process began its next dive."""

@@ -120,6 +120,10 @@ class Recorder:
         self.heard = self._missed_before = 0
         self._silence = SilenceTracker()
 
+    def add(self, link: Link) -> None:
+        """Record a further link, which is not opened again; in the thread of `step`."""
+        self._links.append(RecordedLink(link, self._clock, self._say))
+
     @property
     def receptions(self) -> dict[str, list[Reception]]:
         """Frames received and lost of each component, by link."""

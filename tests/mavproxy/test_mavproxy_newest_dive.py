@@ -65,13 +65,29 @@ def test_mavproxys_own_recording_goes_on_in_a_next_dive_once_for_each_that_is_fu
     recorder.command(["start"])
     for _ in range(10):
         (frame,) = Framer().feed(VEHICLE.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
-        recorder.keep(frame)
+        recorder.keep(frame, "a")
         clock.advance_to(clock.now_s + 1.0)
         recorder.tick()
     recorder.stop()
     dives = len(list_folders(Path("dives")))
     assert dives > 2
     assert said.count(recordings.FULL) == dives - 1
+
+
+def test_a_second_link_on_which_a_vehicle_is_heard_later_makes_no_second_vehicle_of_it():
+    clock, said = SimulatedClock(), []
+    recorder = recordings.Recordings(clock, said.append, list, lambda: None)
+    recorder.command(["start"])
+    beat = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
+    frames = Framer().feed(b"".join(VEHICLE.encode(beat) for _ in range(1000)))
+    for earlier, now in zip(frames, frames[60:], strict=False):
+        recorder.keep(now, "tether")
+        recorder.keep(earlier, "radio")
+        clock.advance_to(clock.now_s + 0.01)
+        recorder.tick()
+    recorder.stop()
+    assert said[-1].startswith("recorded 1880 frames")
+    assert not [line for line in said if "two vehicles" in line]
 
 
 def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_says_how_one_is_made():
