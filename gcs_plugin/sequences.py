@@ -21,6 +21,10 @@ SEQUENCE_NEAR: Final = 32
 HELD_S: Final = 20.0  # after the last turn, until the alternation counts as ended
 GOES_ON_S: Final = 3.0
 GOES_ON_TIMES: Final = 3
+ROUND_S: Final = 2**32 / 1e3
+"""Boot times in 32 bits of milliseconds begin anew after 49.7 days."""
+ROUND_WITHIN_S: Final = 60.0
+"""A boot time so near to the one that is due, but for a whole round, has gone round."""
 SAME_BOOT_S: Final = 0.02
 """Boots whose Unix times differ by less are the same boot, heard again from a recording: a real reboot is later."""
 
@@ -158,6 +162,12 @@ class BootClock:
                 self.first, self.last, self.new = new.first, new.last, None
                 return new.first if new.is_real else None
         return None
+
+    def unwrapped(self, boot_s: float, time_s: float) -> float:
+        """The boot time that arrived at `time_s`, with the rounds that the clock has made in this run."""
+        due_s = time_s - self.last.booted_s
+        whole_s = boot_s + ROUND_S * round((due_s - boot_s) / ROUND_S)
+        return whole_s if abs(whole_s - due_s) <= ROUND_WITHIN_S else boot_s
 
     def _is_real(self, now: BootReading) -> bool:
         """Whether a vehicle last heard in this run can have rebooted in its silence, and this is not the same boot."""
