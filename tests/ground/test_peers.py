@@ -299,3 +299,8 @@ def test_each_link_of_a_component_is_listed_and_the_last_is_the_way_to_it(world)
     world.beat((1, 1), link="tcp:new")
     assert [name for name, _ in world.fleet.sources(world.now_s)] == ["tcp:new", "tcp:old"]
     assert (world.fleet.link_of((1, 1)), world.fleet.link_of((9, 9))) == ("tcp:new", "")
+
+
+def test_a_companion_that_was_never_heard_is_reached_on_the_link_of_its_vehicle(world):
+    world.live(((1, 1), {}), ((2, 1), {"link": "tcp:other"}))
+    assert [world.fleet.link_of(source) for source in ((1, 1), (1, 191), (3, 1))] == [LINK, LINK, ""]

@@ -192,6 +192,22 @@ def test_who_takes_the_module_out_is_told_that_off_is_sent_no_more_and_not_confi
     assert made._switching.tick() == []
 
 
+def test_off_for_a_vehicle_that_is_long_silent_goes_on_its_link_and_complains_of_none():
+    made = module.SeatrialModule.__new__(module.SeatrialModule)
+    sent, said, clock, fleet = [], [], SimulatedClock(), Fleet()
+    (beat,) = Framer().feed(VEHICLE.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
+    fleet.on_frame(beat, "radio", clock.boot_s())
+    fleet.chosen = 1
+    clock.advance_to(3000.0)
+    made._fleet, made.say_line = fleet, said.append
+    link = SimpleNamespace(mav=SimpleNamespace(send=lambda message: sent.append(message.target_component)))
+    made._taps = [SimpleNamespace(name="radio", connection=link)]
+    switching = module.Switching(fleet, clock, lambda _: None)
+    switching.command(["off"])
+    made._switch(switching.tick())
+    assert ({*sent}, said) == ({1, 191}, [])
+
+
 def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():
     root = Path(__file__).resolve().parents[2]
     adapter = root / "gcs_plugin" / "mavproxy"
