@@ -10,6 +10,8 @@ from fakes.recordings import raws
 from fakes.vehicle import FakeLink
 
 from bridge.clock import SimulatedClock
+from bridge.errors import LogError
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.locks import is_being_written
 from gcs_plugin.recording.recorder import Recorder
@@ -189,6 +191,26 @@ def test_a_folder_that_is_deleted_ends_with_an_error_and_goes_on_made_anew(lake)
     assert lake.folder.about() == ABOUT
     assert lake.counts() == (10, 20)
     assert lake.recorder.count.files == len(lake.folder.heard()) == 1
+
+
+def test_a_disk_that_fails_for_hours_though_it_has_space_is_not_littered_with_files(lake, monkeypatch):
+    """As where the crew's share of the disk is used up."""
+    sent = frames_of(500)
+
+    def fails(*_):
+        raise LogError("can't be written (Disk quota exceeded); free disk space")
+
+    lake.hear(sent[:10])
+    with monkeypatch.context() as full:
+        full.setattr(TlogWriter, "write", fails)
+        for raw in sent[10:490]:
+            lake.hear([raw])
+    assert [path.name for path in lake.folder.heard()] == ["telemetry.tlog"]
+    lake.clock.advance_to(lake.clock.now_s + 10.0)
+    lake.hear(sent[490:])
+    lake.recorder.close()
+    assert raws(*lake.folder.heard()) == sent
+    assert lake.recorder.count.files == len(lake.folder.heard()) == 2
 
 
 def test_a_file_that_is_deleted_is_told_as_often_as_that_happens(lake):
