@@ -5,7 +5,7 @@ The recording holds all traffic on MAVProxy's links, in both directions, in a di
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import isfinite
 from pathlib import Path
 from queue import SimpleQueue
@@ -19,6 +19,7 @@ from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
 from gcs_plugin.dives.recorded_dives import FULL, RecordedDive, RecordedDives
+from gcs_plugin.locks import is_being_written
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
@@ -217,6 +218,11 @@ class Recordings:
             dive = newest_dive(present.parent, present)
         else:
             dive = dive or newest_dive(self._root)
+            if dive is None and (elsewhere := next(_recorded(self._root), None)) is not None:
+                raise LogError(
+                    f"no dive is over yet, {elsewhere} is being recorded by another program; end it there, or give a "
+                    "DIVE"
+                )
         if dive is None and present is not None:
             raise LogError(
                 f"no dive is over yet, {present} is being recorded; `seatrial record next` ends it, or give a DIVE"
@@ -264,9 +270,19 @@ class Recordings:
 
 
 def newest_dive(root: Path, but: Path | None = None) -> Path | None:
-    """The dive folder under `root` that was begun last and holds a recording, except `but`; None if there is none."""
-    made = [folder.path for folder in list_folders(root) if folder.telemetry() and folder.path != but]
-    return made[-1] if made else None
+    """The dive folder under `root` that was begun last and holds a recording, except `but` and those that a recorder
+    still writes; None if there is none."""
+    made = [folder for folder in list_folders(root) if folder.telemetry() and folder.path != but]
+    return next((folder.path for folder in reversed(made) if not _is_recorded(folder)), None)
+
+
+def _recorded(root: Path) -> Iterator[Path]:
+    """The dive folders under `root` that a recorder still writes."""
+    return (folder.path for folder in list_folders(root) if _is_recorded(folder))
+
+
+def _is_recorded(folder: DiveFolder) -> bool:
+    return any(map(is_being_written, folder.heard()))
 
 
 def _words(holding: Holding, unix_s: float) -> str:

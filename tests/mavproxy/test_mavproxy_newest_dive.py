@@ -14,7 +14,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.bell import Bell
-from gcs_plugin.dives.folder import list_folders
+from gcs_plugin.dives.folder import list_folders, new_folder
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.recording.state import Holding, write_holding
 from gcs_plugin.watch.alarms import Settings, load_settings
@@ -102,6 +102,20 @@ def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_say
         assert recorder.newest() == earlier
     finally:
         recorder.stop()
+
+
+def test_a_dive_that_a_recorder_on_links_of_its_own_still_writes_is_not_taken_either():
+    recorder = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
+    present = new_folder(Path("dives"), 1.79e9 + 3600, "elsewhere")
+    with present.open_telemetry(1) as telemetry:
+        telemetry.write(1_790_003_600_000_000, VEHICLE.encode(dialect.MAVLink_system_time_message(0, 1)))
+        with pytest.raises(
+            LogError, match=f"no dive is over yet, {present.path} is being recorded by another"
+        ):
+            recorder.newest()
+        earlier = dive("a", 1.79e9)
+        assert recorder.newest() == earlier
+    assert recorder.newest() == present.path
 
 
 def test_an_order_for_the_next_dive_that_fails_unexpectedly_is_told_and_can_be_given_again(monkeypatch):
