@@ -3,6 +3,7 @@
 import errno
 import os
 import shutil
+import threading
 
 import pytest
 from faked_ground import Disk, Ground, frames_of
@@ -69,6 +70,27 @@ def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
     ground.recorder.close()
     assert ground.recorder.kept.lost == 60
     assert any("could not be written and are lost" in sentence for sentence in ground.sentences())
+
+
+def test_a_log_of_the_recording_on_the_disk_that_is_full_ends_no_recording():
+    """What the recorder says goes into a file too where nobody sits at its terminal."""
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    ground = Ground(before_sync=full)
+    ground.recorder._notice = full
+    ground.disk.full, ground.disk.free = True, 0
+    end_sync = ground.recorder.begin_sync()
+    for raw in frames_of(20):
+        ground.hear(raw, after_s=1.0)
+    waited = threading.Event()
+    waited.wait(1.2)
+    assert [thread for thread in threading.enumerate() if thread.name == "recorder-sync"]
+    end_sync()
+    ground.disk.full, ground.disk.free = False, 1 << 40
+    ground.hear(frames_of(21)[-1], after_s=10.0)
+    assert ground.disk.raws == frames_of(21)
 
 
 def test_a_failed_sync_begins_a_new_file():
