@@ -307,9 +307,7 @@ class Deployment:
                 self._station.ask_files(ftp.Op.REMOVE, f"{folder}/{name}".encode())
             if self._station.crc32(f"{folder}/{NAME}") is not None:
                 raise ParamUnverified(f"{folder}/{NAME} is still there; try again")
-            self._check_disarmed(
-                "the script is removed, and what runs of it goes on: disarm it, and try again"
-            )
+            self._check_disarmed("the script is removed, and runs on all the same: disarm it, and try again")
             self._restart(tell)
 
     def _restart(self, tell: Tell) -> None:
@@ -318,8 +316,8 @@ class Deployment:
         self._station.pause(DEAF_S)
 
     def _check_disarmed(self, now: str = "nothing was sent: disarm it") -> None:
-        """Raise ParamRejected, with how it stands `now`, for a vehicle that is armed: what was heard of it before may
-        be minutes old."""
+        """Raise ParamRejected, with how it stands `now`, for a vehicle that is armed: a HEARTBEAT from before may be
+        minutes old."""
         if self.client.armed or self._station.armed():
             raise ParamRejected(f"vehicle {self.target[0]} is armed; {now}")
 

@@ -82,7 +82,7 @@ class RecordedDives:
         def change(count: DiveCounts) -> None:
             before = self.end(count)
             self.folder = following
-            with suppress(OSError):  # where what it says can't be written
+            with suppress(OSError):  # as it prints
                 begun(before)
 
         try:

@@ -136,7 +136,7 @@ def check_heartbeat(observed: Observed) -> Finding:
 
 
 def check_alone(observed: Observed) -> Finding | None:
-    """Why what was heard may be of several vehicles; None if it is of a single one."""
+    """Whether the signals are those of a single vehicle; None if they are."""
     if observed.twins:
         return fail("vehicles", observed.twins)
     if len(observed.systems) < 2:
@@ -144,7 +144,7 @@ def check_alone(observed: Observed) -> Finding | None:
     systems = ", ".join(map(str, observed.systems))
     return fail(
         "vehicles",
-        f"{observed.link}: several vehicles beat (systems {systems}), and what follows mixes their signals; "
+        f"{observed.link}: several vehicles beat (systems {systems}), and the findings mix their signals; "
         "switch all but one off, or take them off this link",
     )
 

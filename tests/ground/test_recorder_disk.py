@@ -73,7 +73,7 @@ def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
 
 
 def test_a_log_of_the_recording_on_the_disk_that_is_full_ends_no_recording():
-    """What the recorder says goes into a file too where nobody sits at its terminal."""
+    """The recorder's sentences go into a file too where nobody sits at its terminal."""
 
     def full(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
