@@ -37,6 +37,7 @@ def heard(sequences, step_s=0.1, known=True):
         pytest.param([0, 1, 4, 5, 7], 0.1, (5, 3), id="gaps are losses"),
         pytest.param([254, 255, 0, 1], 0.1, (4, 0), id="the sequence runs round"),
         pytest.param([0, 2, 1, 3, 3], 0.1, (4, 0), id="a late frame takes its loss back, a duplicate counts nothing"),
+        pytest.param([0, 2, 5, 2, 5, 4, 2, 7, 5], 0.1, (5, 3), id="a duplicate, however late, takes no loss back"),
         pytest.param([200, 3], 10.0, (2, 0), id="after a long silence the numbers may start anew"),
     ],
 )  # fmt: skip
