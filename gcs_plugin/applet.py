@@ -115,6 +115,15 @@ class Station(Asking):
         self.until(ready, BOOT_S, ground_heartbeat(), "the autopilot's start")
         self.until(anew, ANSWER_S, ask, "the clock of a new start")
 
+    def armed(self) -> bool:
+        """Whether the autopilot's next HEARTBEAT says that the vehicle is armed."""
+
+        def beat(message: Any) -> bool | None:
+            is_beat = message.get_type() == "HEARTBEAT"
+            return bool(message.base_mode & dialect.MAV_MODE_FLAG_SAFETY_ARMED) if is_beat else None
+
+        return self.until(beat, ANSWER_S, ground_heartbeat(), "the autopilot's HEARTBEAT")
+
     def beating(self, seconds: float) -> bool:
         """Whether the applet beats within `seconds`."""
         return self._telemetry(MODE, seconds) is not None
@@ -263,6 +272,7 @@ class Deployment:
             )
         tell(f"writing {folder}/{NAME}, {len(made.text)} bytes")
         self._station.put(folder, made.text.encode())
+        self._check_disarmed("the script is written and does not run yet: disarm it, and deploy again")
         self._restart(tell)
         if not self._station.beating(BEATS_WITHIN_S):
             raise ParamUnverified(
@@ -297,6 +307,7 @@ class Deployment:
                 self._station.ask_files(ftp.Op.REMOVE, f"{folder}/{name}".encode())
             if self._station.crc32(f"{folder}/{NAME}") is not None:
                 raise ParamUnverified(f"{folder}/{NAME} is still there; try again")
+            self._check_disarmed("the script is removed, and runs on all the same: disarm it, and try again")
             self._restart(tell)
 
     def _restart(self, tell: Tell) -> None:
@@ -304,9 +315,11 @@ class Deployment:
         self._station.order(dialect.MAV_CMD_SCRIPTING, RESTART)
         self._station.pause(DEAF_S)
 
-    def _check_disarmed(self) -> None:
-        if self.client.armed:
-            raise ParamRejected(f"vehicle {self.target[0]} is armed; nothing was sent: disarm it")
+    def _check_disarmed(self, now: str = "nothing was sent: disarm it") -> None:
+        """Raise ParamRejected, with how it stands `now`, for a vehicle that is armed: a HEARTBEAT from before may be
+        minutes old."""
+        if self.client.armed or self._station.armed():
+            raise ParamRejected(f"vehicle {self.target[0]} is armed; {now}")
 
     def _write(self, receipts: Path) -> Receipt | None:
         """Enable scripting, or force off the feed-forward of the script that runs: read back, with a receipt."""

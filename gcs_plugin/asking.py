@@ -62,7 +62,9 @@ class Asking:
         order = command_long(self._target, number, *parameters)
 
         def answered(message: Any) -> int | None:
-            mine = message.get_type() == "COMMAND_ACK" and message.command == number
+            is_answer = message.get_type() == "COMMAND_ACK" and message.command == number
+            # Another ground may order the same at the same time.
+            mine = is_answer and message.target_system in (0, GROUND_STATION[0])
             return int(message.result) if mine else None
 
         return self.until(answered, seconds, order, awaited or f"the answer to command {number}")

@@ -69,8 +69,10 @@ class Fleet:
         return holder
 
     def link_of(self, source: Source) -> str:
-        """Name of the link of its last frame, "" if it was never heard."""
+        """Name of the link of its last frame, of any of its system's if it was never heard itself; "" for none."""
         peer = self.peers.get(source)
+        others = (other for other in self.peers if other.source[0] == source[0])
+        peer = peer or max(others, key=lambda other: other.heard_s, default=None)
         return "" if peer is None else peer.link
 
     def sources(self, now_s: float) -> list[tuple[str, Reception]]:

@@ -253,6 +253,8 @@ class Peer:
     def _hear_clock(self, frame: Frame, here: OnLink, time_s: float) -> None:
         unix_us, boot_ms = _CLOCK.unpack_from(frame.payload.ljust(_CLOCK.size, b"\0"))
         boot_s = boot_ms / 1e3
+        if self.clock is not None:
+            boot_s = self.clock.unwrapped(boot_s, time_s)
         self.rebooted = here.hear_clock(boot_s, frame.sequence)
         now = BootReading(boot_s, time_s - boot_s, unix_us / 1e6 - boot_s if unix_us else math.nan, self.link)
         if self.clock is None:

@@ -13,6 +13,7 @@ from bridge.wire.silences import BACK_S
 
 SEQUENCES: Final = 256
 LATE: Final = 128  # a gap that wide is a frame that arrived late, not half a cycle of lost frames
+ALL_HEARD: Final = (1 << LATE) - 1
 RESTART_S: Final = 5.0  # after such a silence the sequence numbers may have started again
 CLOCK_LATE_S: Final = 5.0  # a boot clock delayed by no more than this still counts as the same
 CLOCK_TURNS: Final = 3
@@ -21,6 +22,10 @@ SEQUENCE_NEAR: Final = 32
 HELD_S: Final = 20.0  # after the last turn, until the alternation counts as ended
 GOES_ON_S: Final = 3.0
 GOES_ON_TIMES: Final = 3
+ROUND_S: Final = 2**32 / 1e3
+"""Boot times in 32 bits of milliseconds begin anew after 49.7 days."""
+ROUND_WITHIN_S: Final = 60.0
+"""A boot time so near to the one that is due, but for a whole round, has gone round."""
 SAME_BOOT_S: Final = 0.02
 """Boots whose Unix times differ by less are the same boot, heard again from a recording: a real reboot is later."""
 
@@ -47,7 +52,11 @@ class Alternation:
 
 @dataclass(slots=True)
 class OnLink:
-    """A component on one link: its sequence numbers, the losses by them, its last HEARTBEAT and boot time."""
+    """A component on one link: its sequence numbers, the losses by them, its last HEARTBEAT and boot time.
+
+    `heard`: bit k is set where the frame k numbers back has come, or was not to come here; `again`: frames since the
+    last boot time whose numbers had come.
+    """
 
     sequence: int
     last_s: float
@@ -56,6 +65,8 @@ class OnLink:
     boot_s: float = -math.inf
     lost_by_then: int = 0
     beat_s: float = -math.inf
+    heard: int = ALL_HEARD
+    again: int = 0
     run: int = -1
     run_left: int = -1
     runs: Alternation = field(default_factory=lambda: Alternation(SEQUENCE_TURNS))
@@ -69,25 +80,32 @@ class OnLink:
         gap = (sequence - self.sequence - 1) % SEQUENCES
         silent_s, self.last_s = time_s - self.last_s, time_s
         if silent_s > RESTART_S:
-            gap = 0
-        if gap == SEQUENCES - 1:  # a duplicate
-            return
-        self.received += 1
+            gap, self.heard = 0, ALL_HEARD
         if gap >= LATE:
+            place = 1 << SEQUENCES - 1 - gap
+            if self.heard & place:  # a duplicate, which makes up for no loss
+                self.again += 1
+                return
+            self.heard |= place
+            self.received += 1
             self.lost = max(0, self.lost - 1)
             return
+        self.received += 1
         self.lost += gap
         self.sequence = sequence
+        self.heard = (self.heard << gap + 1 | 1) & ALL_HEARD
 
     def hear_clock(self, boot_s: float, sequence: int) -> bool:
         """Return whether the boot clock ran back, and undo the loss counted since its last reading if so.
 
-        A component that rebooted starts its sequence numbers again, so the frames that seemed lost since were not.
+        A component that rebooted starts its sequence numbers again, so the frames that seemed lost since were not, and
+        those whose numbers had come were no duplicates.
         """
         ran_back = boot_s < self.boot_s - BACK_S
         if ran_back:
-            self.lost, self.sequence = self.lost_by_then, sequence
-        self.boot_s, self.lost_by_then = boot_s, self.lost
+            self.lost, self.sequence, self.heard = self.lost_by_then, sequence, ALL_HEARD
+            self.received += self.again
+        self.boot_s, self.lost_by_then, self.again = boot_s, self.lost, 0
         return ran_back
 
 
@@ -158,6 +176,12 @@ class BootClock:
                 self.first, self.last, self.new = new.first, new.last, None
                 return new.first if new.is_real else None
         return None
+
+    def unwrapped(self, boot_s: float, time_s: float) -> float:
+        """The boot time that arrived at `time_s`, with the rounds that the clock has made in this run."""
+        due_s = time_s - self.last.booted_s
+        whole_s = boot_s + ROUND_S * round((due_s - boot_s) / ROUND_S)
+        return whole_s if abs(whole_s - due_s) <= ROUND_WITHIN_S else boot_s
 
     def _is_real(self, now: BootReading) -> bool:
         """Whether a vehicle last heard in this run can have rebooted in its silence, and this is not the same boot."""

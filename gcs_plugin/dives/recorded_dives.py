@@ -1,6 +1,7 @@
 """The dives of a recording that runs, one after the other, each in a folder of its own."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -81,7 +82,8 @@ class RecordedDives:
         def change(count: DiveCounts) -> None:
             before = self.end(count)
             self.folder = following
-            begun(before)
+            with suppress(OSError):  # as it prints
+                begun(before)
 
         try:
             recorder.go_on(_opener(following), change)

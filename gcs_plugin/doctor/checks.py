@@ -135,6 +135,20 @@ def check_heartbeat(observed: Observed) -> Finding:
     return ok("link", f"{observed.link}: a vehicle beats, {armed}, last {age_s:.1f} s ago")
 
 
+def check_alone(observed: Observed) -> Finding | None:
+    """Whether the signals are those of a single vehicle; None if they are."""
+    if observed.twins:
+        return fail("vehicles", observed.twins)
+    if len(observed.systems) < 2:
+        return None
+    systems = ", ".join(map(str, observed.systems))
+    return fail(
+        "vehicles",
+        f"{observed.link}: several vehicles beat (systems {systems}), and the findings mix their signals; "
+        "switch all but one off, or take them off this link",
+    )
+
+
 def check_loss(observed: Observed) -> Finding:
     """Share of the frames sent that were lost on the way, for the sender with the largest loss."""
     if observed.left_out:
@@ -291,7 +305,7 @@ def dry_findings(
     if not observed.arrivals:
         return [first, disk, *others]
     link = (first, check_loss(observed), check_timesync(observed), check_date(observed))
-    aboard = [fail("vehicles", observed.twins) if observed.twins else None]
+    aboard = [check_alone(observed)]
     if vehicle is not None:
         aboard.append(check_configuration(observed, vehicle, configuration))
         aboard.append(check_thrusters(observed, vehicle, configuration))

@@ -44,8 +44,8 @@ class TimeAnswer:
 class Observed:
     """The traffic heard on a link. `arrivals` by signal; `unix_s` is the ground's Unix time when the listening ended.
 
-    `left_out` counts frames of senders that found no place among `receptions`. `twins` says that two vehicles share
-    an address, "" if none do.
+    `left_out` counts frames of senders that found no place among `receptions`. `systems` are those of the vehicles that
+    beat; `twins` says that two vehicles share an address, "" if none do.
     """
 
     link: str
@@ -54,6 +54,7 @@ class Observed:
     frames: int = 0
     receptions: tuple[Reception, ...] = ()
     left_out: int = 0
+    systems: tuple[int, ...] = ()
     twins: str = ""
     listened_s: float = 0.0
     ended_s: float = 0.0
@@ -100,5 +101,6 @@ def observe(link: Link, clock: Clock, duration_s: float) -> Observed:
     observed.listened_s = observed.ended_s - start_s
     observed.receptions = tuple(peers.receptions(link.name, observed.ended_s))
     observed.left_out = peers.left_out[link.name]
+    observed.systems = tuple(sorted({peer.source[0] for peer in peers.vehicles(observed.ended_s)}))
     observed.twins = peers.fault()
     return observed

@@ -20,6 +20,7 @@ from bridge.flight.orders import LEG, LIMITS, ORDER, Order, Seven, checksum, leg
 from bridge.vehicle.legs import Leg
 from bridge.wire.framing import Frame, decode
 from bridge.wire.readings import decode as decode_reading
+from bridge.wire.silences import BACK_S
 from gcs_plugin.asking import command_long
 from gcs_plugin.peers import GROUND_STATION, Source
 
@@ -52,8 +53,9 @@ _DISARMING: Final = _Command(ARM, (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0), 0)
 
 @dataclass(frozen=True, slots=True)
 class FlightReport:
-    """The vehicle's last report of its flight."""
+    """The vehicle's last report of its flight, sent at `boot_s` by its own clock."""
 
+    boot_s: float
     state: State
     end: End
     number: float
@@ -179,7 +181,7 @@ class FlightSession:
         if frame.message_id == _ARRAY:
             reading = decode_reading(frame)
             if reading is not None and reading.signal == "flight":
-                self._on_flight(reading.values, now_s)
+                self._on_flight(reading.time_s, reading.values, now_s)
         elif (
             frame.message_id == _ACK
             and (message := decode(frame)) is not None
@@ -192,11 +194,14 @@ class FlightSession:
         """Whether the vehicle's last report already has the number of the last order."""
         return self.heard is not None and self.heard.number == self._number
 
-    def _on_flight(self, values: tuple[float, ...], now_s: float) -> None:
+    def _on_flight(self, boot_s: float, values: tuple[float, ...], now_s: float) -> None:
         state, end, number, *others = values
         try:
-            heard = FlightReport(State(int(state)), End(int(end)), number, *others)
+            heard = FlightReport(boot_s, State(int(state)), End(int(end)), number, *others)
         except (ValueError, OverflowError):
+            return
+        # Overtaken on the way: one from before the first order would pass for a vehicle that started anew.
+        if self.heard is not None and self.heard.boot_s - BACK_S <= boot_s < self.heard.boot_s:
             return
         if self.heard is not None and self.heard.number > 0.0 == number:
             self.fail("the vehicle started anew, and lies still")

@@ -199,7 +199,7 @@ class SeatrialModule(mp_module.MPModule):  # type: ignore[misc]
 
     def _hear(self, tap: Tap, now_s: float) -> None:
         for sent, frame in tap.take(now_s):
-            self._recordings.keep(frame)
+            self._recordings.keep(frame, tap.name)
             if sent:
                 continue
             self._watcher.feed(frame, now_s, tap.name)

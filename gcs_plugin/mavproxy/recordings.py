@@ -5,7 +5,7 @@ The recording holds all traffic on MAVProxy's links, in both directions, in a di
 """
 
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from math import isfinite
 from pathlib import Path
 from queue import SimpleQueue
@@ -14,11 +14,12 @@ from typing import Final
 from bridge.clock import Clock
 from bridge.errors import LogError, SeatrialError
 from bridge.links.addresses import among, same_link
-from bridge.links.link import memory_pair
+from bridge.links.link import Link, memory_pair
 from bridge.vehicle.config import VehicleFile
 from bridge.wire.framing import Frame
 from gcs_plugin.dives.folder import About, DiveFolder, about_vehicle, list_folders
 from gcs_plugin.dives.recorded_dives import FULL, RecordedDive, RecordedDives
+from gcs_plugin.locks import is_being_written
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.recorder import Notice, Recorder
 from gcs_plugin.recording.state import Holding, held
@@ -36,9 +37,8 @@ class Recording:
         self, root: Path, file: VehicleFile | None, clock: Clock, say: Callable[[str], None]
     ) -> None:
         self._clock, self._say = clock, say
-        self._passed = bytearray()
-        self._frames, recorded = memory_pair()
-        recorded.name = "MAVProxy"
+        self._passed: dict[str, bytearray] = {}
+        self._frames: dict[str, Link] = {}
         name = (file.configuration or "") if file else ""
         about = about_vehicle(file, name) if file else About()
         self.dives, self._began_s = RecordedDives(root, name, lambda _: about, clock), clock.boot_s()
@@ -47,7 +47,7 @@ class Recording:
             say(f"{said.level}: {said.sentence}")
 
         self._recorder = Recorder(
-            [recorded], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
+            [], self.dives.open_file(), clock, self.dives.free_bytes, notice, None, None
         )
         self._end_sync = self._recorder.begin_sync()
 
@@ -56,15 +56,20 @@ class Recording:
         """The folder of the dive that ended last."""
         return next((dive.folder for dive in reversed(self.dives.finished) if dive.folder), None)
 
-    def keep(self, frame: Frame) -> None:
-        """Take a frame that passed, in either direction."""
-        self._passed += frame.raw
+    def keep(self, frame: Frame, link: str) -> None:
+        """Take a frame that passed on the link of that name, in either direction."""
+        self._passed.setdefault(link, bytearray()).extend(frame.raw)
 
     def step(self) -> None:
         """Write the frames that have come."""
-        if self._passed:
-            self._frames.write(bytes(self._passed))
-            self._passed.clear()
+        for name, passed in self._passed.items():
+            if name not in self._frames:
+                # A link each: over a second one, a vehicle's frames come again and later, which is no second vehicle.
+                self._frames[name], recorded = memory_pair()
+                recorded.name = name
+                self._recorder.add(recorded)
+            self._frames[name].write(bytes(passed))
+            passed.clear()
         self._recorder.step(0.0)
         try:
             if self.dives.go_on_if_full(self._recorder, self._begun):
@@ -164,10 +169,10 @@ class Recordings:
                 return False
         return True
 
-    def keep(self, frame: Frame) -> None:
-        """Take a frame that passed, in either direction."""
+    def keep(self, frame: Frame, link: str) -> None:
+        """Take a frame that passed on the link of that name, in either direction."""
         if self._recording is not None:
-            self._recording.keep(frame)
+            self._recording.keep(frame, link)
 
     def tick(self) -> None:
         """Write the frames that have come, and say whether another process began its next dive."""
@@ -213,6 +218,11 @@ class Recordings:
             dive = newest_dive(present.parent, present)
         else:
             dive = dive or newest_dive(self._root)
+            if dive is None and (elsewhere := next(_recorded(self._root), None)) is not None:
+                raise LogError(
+                    f"no dive is over yet, {elsewhere} is being recorded by another program; end it there, or give a "
+                    "DIVE"
+                )
         if dive is None and present is not None:
             raise LogError(
                 f"no dive is over yet, {present} is being recorded; `seatrial record next` ends it, or give a DIVE"
@@ -260,9 +270,19 @@ class Recordings:
 
 
 def newest_dive(root: Path, but: Path | None = None) -> Path | None:
-    """The dive folder under `root` that was begun last and holds a recording, except `but`; None if there is none."""
-    made = [folder.path for folder in list_folders(root) if folder.telemetry() and folder.path != but]
-    return made[-1] if made else None
+    """The dive folder under `root` that was begun last and holds a recording, except `but` and those that a recorder
+    still writes; None if there is none."""
+    made = [folder for folder in list_folders(root) if folder.telemetry() and folder.path != but]
+    return next((folder.path for folder in reversed(made) if not _is_recorded(folder)), None)
+
+
+def _recorded(root: Path) -> Iterator[Path]:
+    """The dive folders under `root` that a recorder still writes."""
+    return (folder.path for folder in list_folders(root) if _is_recorded(folder))
+
+
+def _is_recorded(folder: DiveFolder) -> bool:
+    return any(map(is_being_written, folder.heard()))
 
 
 def _words(holding: Holding, unix_s: float) -> str:

@@ -19,6 +19,7 @@ from gcs_plugin.monitor.model import Model, model_of
 from gcs_plugin.monitor.predictor import SECOND, STEP_S, Predictor, Second
 from gcs_plugin.params.meaning import coefficient_of
 from gcs_plugin.peers import Heartbeat, heartbeat_read
+from gcs_plugin.sequences import ROUND_S
 
 NEEDED: Final = {"dvl": "DVL velocity", "imu": "rates", "attitude": "attitude", "pwm": "pulses"}
 """The signals that a comparison needs, in words."""
@@ -173,6 +174,9 @@ class LiveGap:
             return
         # A battery's message carries no time; it changes slowly.
         time_s = reading.time_s if math.isfinite(reading.time_s) else self._newest_s
+        if math.isfinite(time_s - self._newest_s):
+            # An attitude's time goes round after 49.7 days, and those of the others go on.
+            time_s += ROUND_S * round((self._newest_s - time_s) / ROUND_S)
         if time_s < self._newest_s - 2 * KEPT_S:
             self._begin_again()
         self._newest_s = max(self._newest_s, time_s)

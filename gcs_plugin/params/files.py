@@ -166,9 +166,10 @@ def text_of(
 
     `.param`, of Mission Planner and MAVProxy: name, comma, value. `.parm`, the classic form: name padded to 16
     characters, a blank, value. `.params`, of QGroundControl: system, component, name, value and type, between tabs.
+    Raises ValueError, with its name, for a value that is not finite.
     """
     head = [f"# {comment}" for comment in comments]
-    texts = {name: float32.text(value) for name, value in values.items()}
+    texts = {name: _text(name, value) for name, value in values.items()}
     if suffix == ".param":
         lines = [f"{name},{text}" for name, text in texts.items()]
     elif suffix == ".parm":
@@ -177,6 +178,13 @@ def text_of(
         head.append("# Vehicle-Id Component-Id Name Value Type")
         lines = [f"{system}\t{component}\t{name}\t{text}\t{REAL32}" for name, text in texts.items()]
     return "\n".join(head + lines) + "\n"
+
+
+def _text(name: str, value: float) -> str:
+    try:
+        return float32.text(value)
+    except ValueError as error:
+        raise ValueError(f"{name}: {error}") from None
 
 
 def write_parameters(

@@ -10,6 +10,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Final
 
 from bridge.clock import Clock
@@ -86,7 +87,7 @@ RETRY_MAX_S: Final = 8.0
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """Counts of the files that are in a dive's folder.
+    """Counts of the files that are in a dive's folder: of its first, and of others that hold frames.
 
     `lost` counts the frames that are in none of them: never written, or in a file that was deleted or moved meanwhile.
     """
@@ -113,7 +114,7 @@ class RecordedFiles:
         self._failure = ""
         self._sync_failure: LogError | None = None
         self._following: Callable[[], None] | None = None
-        self._given_up: deque[TlogWriter] = deque()
+        self._given_up: deque[tuple[TlogWriter, bool]] = deque()
         self._begin(open_file(1))
 
     def _begin(self, writer: TlogWriter) -> None:
@@ -164,7 +165,8 @@ class RecordedFiles:
                 continue
             self._waiting.popleft()
             self._waiting_bytes -= len(raw)
-            if self._fresh and self._number > 1:
+            if self._is_litter:
+                self._files += 1
                 self._say("warning", f"the recording goes on in its file {self._number}")
             self._fresh, self._retry_delay_s = False, FIRST_RETRY_S
             self._frames += 1
@@ -204,10 +206,12 @@ class RecordedFiles:
         than `drain`.
         """
         while self._given_up:
-            given_up = self._given_up.popleft()
+            given_up, is_litter = self._given_up.popleft()
             with contextlib.suppress(LogError, OSError):
                 given_up.sync()
             _close(given_up)
+            if is_litter:
+                _remove_empty(given_up.path)
         writer = self._writer
         if writer is None:
             return
@@ -233,11 +237,17 @@ class RecordedFiles:
             self._writer = None
         self.sync()
 
+    @property
+    def _is_litter(self) -> bool:
+        """Whether the present file, another than the dive's first, holds no frame: a disk that fails for long would be
+        littered with such files."""
+        return self._fresh and self._number > 1
+
     def _open_next(self) -> None:
         self._number += 1
         try:
             self._writer = self._open_file(self._number)
-            self._fresh, self._files = True, self._files + 1
+            self._fresh = True
         except LogError as error:
             self._failure = str(error)
             self._say("error", self._failure)
@@ -248,7 +258,8 @@ class RecordedFiles:
         if isinstance(error, TakenAway):
             frames = self._frames - self._frames_before
             self._failure += f"; its {frames} frames are not in the dive's folder any more"
-            self._lost, self._files = self._lost + frames, self._files - 1
+            self._lost += frames
+            self._files -= 0 if self._is_litter else 1
             self._frames, self._bytes = self._frames_before, self._bytes_before
         self._say("error", self._failure)
         self._give_up()
@@ -265,7 +276,7 @@ class RecordedFiles:
         if self._writer is None:
             return
         self._frames_before, self._bytes_before = self._frames, self._bytes
-        self._given_up.append(self._writer)
+        self._given_up.append((self._writer, self._is_litter))
         self._writer = None
 
     def _delay(self) -> None:
@@ -277,3 +288,9 @@ def _close(writer: TlogWriter) -> None:
     """Close a file that was synced: a network disk may fail once more here, with nothing left to lose."""
     with contextlib.suppress(OSError):
         writer.close()
+
+
+def _remove_empty(path: Path) -> None:
+    with contextlib.suppress(OSError):
+        if not path.stat().st_size:
+            path.unlink()

@@ -175,7 +175,8 @@ class Hub:
             self.dropped += 1
             if not self._warned:
                 self._warned = True
-                self.tell(FULL)
+                with suppress(OSError):  # as the crew's terminal may have gone
+                    self.tell(FULL)
 
     def _sweep(self) -> None:
         for client in self._clients:

@@ -6,6 +6,7 @@ frames, with the same links and outlet. Frames that other programs on this compu
 every link and into the file: they show later which orders the vehicle was given.
 """
 
+import contextlib
 import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -87,8 +88,9 @@ class Recorder:
     `free_bytes` returns the free space on the files' disk, or raises OSError; `notice` is called with notices to the
     operator; `reopen` opens a lost link again by its name, in a separate thread, so that the other links are not
     delayed; `heartbeat` is the (system, component) to send HEARTBEATs as, None for a silent recorder; `before_sync` is
-    called in the thread that syncs the disk, twice a second. `vehicles` are the vehicles that an OFF must go to, at
-    most a second old, with times on `clock`; any thread may read it.
+    called in the thread that syncs the disk, twice a second; an OSError of it, or of `notice`, is nothing to the
+    recording. `vehicles` are the vehicles that an OFF must go to, at most a second old, with times on `clock`; any
+    thread may read it.
     """
 
     def __init__(
@@ -119,6 +121,10 @@ class Recorder:
         self.vehicles: tuple[KnownVehicle, ...] = ()
         self.heard = self._missed_before = 0
         self._silence = SilenceTracker()
+
+    def add(self, link: Link) -> None:
+        """Record a further link, which is not opened again; in the thread of `step`."""
+        self._links.append(RecordedLink(link, self._clock, self._say))
 
     @property
     def receptions(self) -> dict[str, list[Reception]]:
@@ -231,7 +237,8 @@ class Recorder:
         """Sync the disk twice a second until `stop` is set; in another thread than `step`."""
         while not stop.wait(SYNC_EVERY_S):
             # Before any access to the disk: a disk that stalls would make a running recording look dead.
-            self._before_sync()
+            with contextlib.suppress(OSError):
+                self._before_sync()
             self.sync()
 
     def _over(self, kept: Kept) -> DiveCounts:
@@ -309,4 +316,6 @@ class Recorder:
             link.send(raw)
 
     def _say(self, level: str, sentence: str) -> None:
-        self._notice(Notice(self.unix_us(), level, sentence))
+        # Where the crew's terminal has gone, or its log lies on the disk that is full, the recording goes on.
+        with contextlib.suppress(OSError):
+            self._notice(Notice(self.unix_us(), level, sentence))

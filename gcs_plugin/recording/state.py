@@ -7,7 +7,7 @@ import math
 import os
 import time
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Final
@@ -20,6 +20,14 @@ from bridge.plain import from_json, to_json
 FRESH_S: Final = 10.0
 FORGOTTEN_S: Final = 3600.0
 """A recording silent for longer is not taken as hung: its process number may belong to another process by then."""
+
+
+def present_boot() -> str:
+    """Identity of this computer's run since it was switched on, "" where the system has none."""
+    try:
+        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    except (OSError, UnicodeDecodeError):
+        return ""
 
 
 @dataclass(frozen=True)
@@ -44,7 +52,7 @@ class Holding:
     `unwritten`, "" if all frames are in a file.
     `began_utc` is on the recording's clock, as its stamps are, which nobody sets; `set_by_s` is how far this computer's
     clock was set ahead of it since. `vehicles` are those that an OFF must go to. `written_monotonic_s` is by the clock
-    that all programs of this computer share and nobody sets, None if unknown.
+    that all programs of this computer share and nobody sets, None if unknown. `boot` as in `present_boot`.
     """
 
     pid: int
@@ -66,6 +74,12 @@ class Holding:
     set_by_s: float = 0.0
     vehicles: tuple[HeardVehicle, ...] = ()
     written_monotonic_s: float | None = None
+    boot: str = field(default_factory=present_boot)
+
+    @property
+    def lives(self) -> bool:
+        """Whether its process runs: one of that number may be another's once the computer was switched on anew."""
+        return self.boot == present_boot() and _lives(self.pid)
 
     def age_s(self, now_unix_s: float) -> float:
         """How long ago it was written, s: by the clock that nobody sets, where that is known."""
@@ -127,9 +141,7 @@ def hung(now_unix_s: float, silent_s: float = FRESH_S) -> Holding | None:
     None if there is none, or if the state is older than FORGOTTEN_S.
     """
     holding = _living(state_file())
-    if holding is None or abs(now_unix_s - holding.written_unix_s) > FORGOTTEN_S:
-        return None
-    return holding if holding.age_s(now_unix_s) > silent_s else None
+    return holding if holding is not None and silent_s < holding.age_s(now_unix_s) <= FORGOTTEN_S else None
 
 
 def hangs(holding: Holding) -> str:
@@ -145,14 +157,14 @@ def how_to_end(process: int) -> str:
 def was_killed(pid: int) -> bool:
     """Whether a recording was killed or crashed: a recording that ends in order removes its state."""
     states = (_read_state(file) for file in (state_file(), _file_of_second(pid)))
-    return any(state is not None and state.pid == pid for state in states) and not _lives(pid)
+    return any(state is not None and state.pid == pid and not state.lives for state in states)
 
 
 def release() -> None:
     """Remove the state files of this process, and those of second recordings that were killed."""
     for file in _files_of_seconds():
         state = _read_state(file)
-        if state is None or state.pid == os.getpid() or not _lives(state.pid):
+        if state is None or state.pid == os.getpid() or not state.lives:
             file.unlink(missing_ok=True)
     holding = _read_state(state_file())
     if holding is not None and holding.pid == os.getpid():
@@ -176,7 +188,7 @@ def _fresh(file: Path, now_unix_s: float) -> Holding | None:
 def _living(file: Path) -> Holding | None:
     """The state in the file, of any age; None if its process has ended."""
     holding = _read_state(file)
-    return holding if holding is not None and _lives(holding.pid) else None
+    return holding if holding is not None and holding.lives else None
 
 
 def _read_state(file: Path) -> Holding | None:

@@ -162,6 +162,8 @@ class Alarms:
             return math.isnan(picture.newest("voltage"))
         if kind in (Kind.DEPTH, Kind.ALTITUDE):
             return math.isnan(picture.newest(kind.value))
+        if kind is Kind.GAP:
+            return (picture.gap is None or picture.armed_age_s > AWAY_S) and not picture.lacks
         if kind is Kind.THRUSTER:
             rows = (row for row in picture.thrusters if str(row.number) == subject)
             return any(

@@ -7,7 +7,7 @@ The signals are those of `bridge.wire.readings`, and: `rates` (3, rad/s), `veloc
 import math
 from collections import deque
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple
 
 from pymavlink.dialects.v20 import ardupilotmega as dialect
@@ -209,22 +209,44 @@ class Channel:
 PIECE_CHARACTERS: Final = 50
 LONGEST_CHARACTERS: Final = 1000
 MOST_BEGUN: Final = 256
+LOST: Final = " ... "
+"""Stands for the pieces of a text that were lost on the way."""
 
 Tell = Callable[[tuple[int, int], int, CrewText], None]
 """Called with (system, component), severity and text."""
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class _Begun:
+    """A text in pieces, by their place; `is_told` once it was passed on, until the sender's next heartbeat."""
+
     number: int
     severity: int
-    text: str
+    pieces: dict[int, str] = field(default_factory=dict)
+    is_told: bool = False
+
+    @property
+    def is_whole(self) -> bool:
+        """Whether the last piece is there, which is never full, and all before it."""
+        last = len(self.pieces) - 1
+        return max(self.pieces) == last and len(self.pieces[last]) < PIECE_CHARACTERS
+
+    @property
+    def text(self) -> str:
+        """The pieces in their order, with LOST in the place of others."""
+        text, following = "", 0
+        for place, piece in sorted(self.pieces.items()):
+            text += piece if place == following else LOST + piece
+            following = place + 1
+        goes_on = self.number and len(self.pieces[following - 1]) >= PIECE_CHARACTERS
+        return text + LOST if goes_on else text
 
 
 class StatusTexts:
-    """Joins long STATUSTEXTs from their pieces, printable on a screen.
+    """Joins long STATUSTEXTs from their pieces, which may come twice or out of their order; printable on a screen.
 
-    Takes every frame of a link; `tell` gets each text once it is complete, or at its sender's next heartbeat.
+    Takes every frame of a link; `tell` gets each text once it is complete, or at its sender's next heartbeat or other
+    long text.
     """
 
     def __init__(self, tell: Tell) -> None:
@@ -242,19 +264,29 @@ class StatusTexts:
         message = decode(frame)
         if message is None:
             return
+        if not message.id:
+            self._say(source, _Begun(0, message.severity, {0: message.text}))
+            return
         begun = self._begun.get(source)
-        before = begun.text if begun is not None and message.id and begun.number == message.id else ""
-        if not before:
+        if begun is None or begun.number != message.id:
             self._end(source)
-        text = before + message.text
-        if source not in self._begun and len(self._begun) >= MOST_BEGUN:
-            self._end(next(iter(self._begun)))
-        self._begun[source] = _Begun(message.id, message.severity, text)
-        goes_on = message.id and len(message.text) >= PIECE_CHARACTERS
-        if not goes_on or len(text) > LONGEST_CHARACTERS:
-            self._end(source)
+            if len(self._begun) >= MOST_BEGUN:
+                self._end(next(iter(self._begun)))
+            begun = self._begun[source] = _Begun(message.id, message.severity)
+        if begun.is_told:
+            return
+        begun.pieces[message.chunk_seq] = message.text
+        if begun.is_whole or sum(map(len, begun.pieces.values())) > LONGEST_CHARACTERS:
+            self._say(source, begun)
 
     def _end(self, source: tuple[int, int]) -> None:
         begun = self._begun.pop(source, None)
-        if begun is not None and begun.text:
-            self._tell(source, begun.severity, decoded(printable(begun.text)))
+        if begun is not None:
+            self._say(source, begun)
+
+    def _say(self, source: tuple[int, int], begun: _Begun) -> None:
+        """Pass a text on, once: late pieces of it may still come."""
+        if begun.is_told or not (text := begun.text):
+            return
+        begun.is_told = True
+        self._tell(source, begun.severity, decoded(printable(text)))

@@ -191,6 +191,30 @@ def test_an_armed_vehicle_is_left_alone(fake, tmp_path):
     unchanged(fake, lambda: made.remove(print), ParamRejected, "armed")
 
 
+@pytest.mark.parametrize("word", ["writing", "removing"])
+def test_scripts_do_not_start_anew_under_a_vehicle_that_was_armed_meanwhile(fake, tmp_path, word):
+    deployed(fake, tmp_path)
+    made, starts = deployment(fake), []
+    fake.quirks.disarms_without_ground = False
+    fake.scripting.restart = starts.append
+
+    def arm(words):
+        fake.armed = fake.armed or words.startswith(word)
+
+    act = made.remove if word == "removing" else lambda tell: made.deploy(tmp_path, tell)
+    with pytest.raises(ParamRejected, match="is armed; the script is"):
+        act(arm)
+    assert starts == []
+
+
+def test_a_vehicle_that_was_armed_since_it_was_looked_at_is_left_alone(fake):
+    made = deployment(fake)
+    fake.quirks.disarms_without_ground = False
+    fake.armed = True
+    fake.run(2.0)
+    unchanged(fake, lambda: made.remove(print), ParamRejected, "armed; nothing was sent")
+
+
 def test_beside_a_companion_it_is_refused(fake):
     aboard = Aboard(fake)
     fake.run(2.0, aboard)

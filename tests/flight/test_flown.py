@@ -316,6 +316,16 @@ def test_a_vehicle_whose_flight_ended_in_the_countdown_is_not_armed_afterwards()
     assert [message.param1 for message in session.tick(now_s + 5.6)] == [0.0]
 
 
+def test_a_report_that_is_overtaken_on_the_way_is_no_vehicle_that_started_anew():
+    session, vehicle = FlightSession((1, 1), 7), Encoder(1, 1)
+    session.begin(LIMITS, HERE_M, 10.0)
+    for boot_s, state, number in ((60.3, State.COUNTDOWN, 8.0), (60.1, State.IDLE, 0.0)):
+        values = (float(state), 0.0, number, 9.0, 0.0, 0.0)
+        for frame in Framer().feed(vehicle.frame(*encode(Reading("flight", boot_s, values)))):
+            session.on_frame(frame, 1.0)
+    assert (session.failure, session.state) == ("", State.COUNTDOWN)
+
+
 def test_a_vehicle_that_starts_anew_lies_still_and_its_ground_says_so():
     sea = Sea().flying()
     sea.switch_on(HERE_M)

@@ -1,5 +1,7 @@
 """A recorder over a fake link and a fake disk, on a simulated clock."""
 
+from pathlib import Path
+
 from fakes.vehicle import FakeLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
@@ -50,6 +52,8 @@ class Disk:
 
 
 class DiskFile:
+    path = Path("nowhere")
+
     def __init__(self, disk, records):
         self.disk = disk
         self.records = records

@@ -343,6 +343,17 @@ def test_two_vehicles_with_one_id_fail_and_forbid_the_wet_check(talker):
     assert refused.level is Level.FAIL
 
 
+def test_signals_of_two_vehicles_are_not_judged_as_those_of_a_single_one(talker):
+    other = Talker(talker.clock)
+    other.encoder, other.answers_time = Encoder(2, 1), False
+    read = talker.read
+    talker.read = lambda timeout_s: read(timeout_s) + other.read(0.0)
+    result = examined(talker)
+    assert "several vehicles beat (systems 1, 2)" in result["vehicles"].sentence
+    (refused,) = findings_against_wet(list(result.values()))
+    assert refused.level is Level.FAIL
+
+
 @pytest.mark.parametrize(("free", "level"), [(10**7, Level.FAIL), (10**8, Level.WARN), (10**10, Level.OK)])
 def test_the_disk_is_judged_by_what_a_dive_needs(free, level):
     assert check_disk(free, "/dives").level is level

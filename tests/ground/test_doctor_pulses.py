@@ -7,11 +7,12 @@ from fakes.vehicle import QuietLink
 from pymavlink.dialects.v20 import ardupilotmega as dialect
 
 from bridge.clock import SimulatedClock
-from bridge.errors import ConfigError, LinkError
+from bridge.errors import ConfigError, LinkError, LinkTimeout
 from bridge.vehicle.config import load_vehicle
 from bridge.vehicle.thrusters import thrust_curve
 from bridge.wire.framing import Encoder, Framer, decode
 from bridge.wire.readings import Reading, encode
+from gcs_plugin.doctor.motor_orders import arm
 from gcs_plugin.doctor.pulse_plan import duration_s, pulses
 from gcs_plugin.doctor.pulses import run_pulses
 from gcs_plugin.doctor.wet_record import find_pulses, record_of
@@ -90,6 +91,15 @@ class ObedientVehicle(QuietLink):
 @pytest.fixture
 def vehicle():
     return ObedientVehicle()
+
+
+@pytest.mark.parametrize("asker", [(254, 190), (1, 191)])
+def test_the_answer_to_another_grounds_order_to_arm_is_not_taken_for_its_own(vehicle, asker):
+    vehicle.write = lambda _: vehicle.say(
+        dialect.MAVLink_command_ack_message(dialect.MAV_CMD_COMPONENT_ARM_DISARM, 0, 0, 0, *asker)
+    )
+    with pytest.raises(LinkTimeout, match="an answer to the order to arm did not come"):
+        arm(vehicle, vehicle.clock, (1, 1))
 
 
 def run(vehicle):

@@ -15,7 +15,7 @@ from bridge.clock import SimulatedClock, utc_text
 from bridge.errors import LinkError
 from gcs_plugin.recording import orders
 from gcs_plugin.recording.orders import Order
-from gcs_plugin.recording.state import held, hung, release, state_file, write_holding
+from gcs_plugin.recording.state import held, hung, release, state_file, was_killed, write_holding
 
 LONG_S = 600.0
 
@@ -183,11 +183,18 @@ def test_one_that_tells_nothing_for_ten_seconds_holds_nothing_and_hangs_for_an_h
     assert hung(NOW_S + age_s) == (holding() if hangs else None)
 
 
-@pytest.mark.parametrize("set_by_s", [-20.0, 0.0, 20.0])
+@pytest.mark.parametrize("set_by_s", [-86_400.0, -20.0, 0.0, 20.0, 86_400.0])
 def test_one_that_hangs_does_so_though_the_clock_was_set_meanwhile(set_by_s):
     write_holding(holding(written_monotonic_s=time.monotonic() - 15.0))
     assert held(NOW_S + set_by_s) is None
     assert hung(NOW_S + set_by_s) is not None
+
+
+def test_after_a_loss_of_power_no_process_that_got_its_number_is_taken_for_it():
+    write_holding(holding(pid=os.getppid(), boot="of-the-run-before"))
+    assert held(NOW_S) is None
+    assert hung(NOW_S + 20.0) is None
+    assert was_killed(os.getppid())
 
 
 def test_one_whose_process_has_gone_holds_nothing():

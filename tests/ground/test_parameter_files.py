@@ -150,7 +150,7 @@ def test_a_file_written_is_read_back_the_same(tmp_path):
 def test_a_value_that_is_not_finite_or_another_suffix_leaves_the_old_file_as_it_was(tmp_path):
     path = tmp_path / "set.param"
     write_parameters(path, {"A": 1.0})
-    with pytest.raises(ParamRejected, match="not written"):
+    with pytest.raises(ParamRejected, match="not written, A: nan is not a finite number; mend the value"):
         write_parameters(path, {"A": float("nan")})
     with pytest.raises(ParamRejected, match=r"ends in \.param"):
         write_parameters(tmp_path / "set.txt", {"A": 1.0})

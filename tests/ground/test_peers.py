@@ -37,6 +37,7 @@ def heard(sequences, step_s=0.1, known=True):
         pytest.param([0, 1, 4, 5, 7], 0.1, (5, 3), id="gaps are losses"),
         pytest.param([254, 255, 0, 1], 0.1, (4, 0), id="the sequence runs round"),
         pytest.param([0, 2, 1, 3, 3], 0.1, (4, 0), id="a late frame takes its loss back, a duplicate counts nothing"),
+        pytest.param([0, 2, 5, 2, 5, 4, 2, 7, 5], 0.1, (5, 3), id="a duplicate, however late, takes no loss back"),
         pytest.param([200, 3], 10.0, (2, 0), id="after a long silence the numbers may start anew"),
     ],
 )  # fmt: skip
@@ -299,3 +300,8 @@ def test_each_link_of_a_component_is_listed_and_the_last_is_the_way_to_it(world)
     world.beat((1, 1), link="tcp:new")
     assert [name for name, _ in world.fleet.sources(world.now_s)] == ["tcp:new", "tcp:old"]
     assert (world.fleet.link_of((1, 1)), world.fleet.link_of((9, 9))) == ("tcp:new", "")
+
+
+def test_a_companion_that_was_never_heard_is_reached_on_the_link_of_its_vehicle(world):
+    world.live(((1, 1), {}), ((2, 1), {"link": "tcp:other"}))
+    assert [world.fleet.link_of(source) for source in ((1, 1), (1, 191), (3, 1))] == [LINK, LINK, ""]

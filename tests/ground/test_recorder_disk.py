@@ -3,6 +3,7 @@
 import errno
 import os
 import shutil
+import threading
 
 import pytest
 from faked_ground import Disk, Ground, frames_of
@@ -10,6 +11,8 @@ from fakes.recordings import raws
 from fakes.vehicle import FakeLink
 
 from bridge.clock import SimulatedClock
+from bridge.errors import LogError
+from bridge.wire.tlog import TlogWriter
 from gcs_plugin.dives.folder import About, new_folder
 from gcs_plugin.locks import is_being_written
 from gcs_plugin.recording.recorder import Recorder
@@ -67,6 +70,27 @@ def test_the_wait_in_memory_is_bounded_and_what_is_lost_is_counted(monkeypatch):
     ground.recorder.close()
     assert ground.recorder.kept.lost == 60
     assert any("could not be written and are lost" in sentence for sentence in ground.sentences())
+
+
+def test_a_log_of_the_recording_on_the_disk_that_is_full_ends_no_recording():
+    """The recorder's sentences go into a file too where nobody sits at its terminal."""
+
+    def full(*_):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    ground = Ground(before_sync=full)
+    ground.recorder._notice = full
+    ground.disk.full, ground.disk.free = True, 0
+    end_sync = ground.recorder.begin_sync()
+    for raw in frames_of(20):
+        ground.hear(raw, after_s=1.0)
+    waited = threading.Event()
+    waited.wait(1.2)
+    assert [thread for thread in threading.enumerate() if thread.name == "recorder-sync"]
+    end_sync()
+    ground.disk.full, ground.disk.free = False, 1 << 40
+    ground.hear(frames_of(21)[-1], after_s=10.0)
+    assert ground.disk.raws == frames_of(21)
 
 
 def test_a_failed_sync_begins_a_new_file():
@@ -189,6 +213,26 @@ def test_a_folder_that_is_deleted_ends_with_an_error_and_goes_on_made_anew(lake)
     assert lake.folder.about() == ABOUT
     assert lake.counts() == (10, 20)
     assert lake.recorder.count.files == len(lake.folder.heard()) == 1
+
+
+def test_a_disk_that_fails_for_hours_though_it_has_space_is_not_littered_with_files(lake, monkeypatch):
+    """As where the crew's share of the disk is used up."""
+    sent = frames_of(500)
+
+    def fails(*_):
+        raise LogError("can't be written (Disk quota exceeded); free disk space")
+
+    lake.hear(sent[:10])
+    with monkeypatch.context() as full:
+        full.setattr(TlogWriter, "write", fails)
+        for raw in sent[10:490]:
+            lake.hear([raw])
+    assert [path.name for path in lake.folder.heard()] == ["telemetry.tlog"]
+    lake.clock.advance_to(lake.clock.now_s + 10.0)
+    lake.hear(sent[490:])
+    lake.recorder.close()
+    assert raws(*lake.folder.heard()) == sent
+    assert lake.recorder.count.files == len(lake.folder.heard()) == 2
 
 
 def test_a_file_that_is_deleted_is_told_as_often_as_that_happens(lake):

@@ -73,6 +73,21 @@ def test_what_was_told_twice_alone_is_not_believed_yet():
     assert reported(life(Craft(), range(100)) + life(Craft(103.5), [104, 108])) == []
 
 
+def test_a_boot_clock_that_goes_round_after_seven_weeks_starts_nothing_and_a_start_anew_after_it_is_told():
+    class Aged(Craft):
+        def says(self, at_s):
+            ms = round((at_s - self.booted_s) * 1e3) % 2**32
+            return self.encoder.encode(self.beat) + self.encoder.encode(
+                dialect.MAVLink_system_time_message(round((UNIX_S + at_s) * 1e6), ms)
+            )
+
+    aged = Aged(booted_s=100 - 2**32 / 1e3)
+    goes_on = life(aged, [*range(200), *range(4000, 4100)], late_s=lambda at_s: 0.4 * (int(at_s) % 2))
+    assert reported(goes_on) == []
+    ((at_s, _),) = reported(goes_on + life(Craft(booted_s=4104.0), range(4105, 4120)))
+    assert at_s < 4112
+
+
 def test_a_companion_is_named_by_its_component_and_its_autopilots_clock_is_its_own():
     companion = restarted(source=(1, 191), kind=18, autopilot=8)
     result = reported(companion + life(Craft(-5000.0), range(165)))

@@ -14,7 +14,7 @@ from bridge.clock import SimulatedClock
 from bridge.errors import LogError
 from bridge.wire.framing import Encoder, Framer
 from gcs_plugin.bell import Bell
-from gcs_plugin.dives.folder import list_folders
+from gcs_plugin.dives.folder import list_folders, new_folder
 from gcs_plugin.fleet import Fleet
 from gcs_plugin.recording.state import Holding, write_holding
 from gcs_plugin.watch.alarms import Settings, load_settings
@@ -65,13 +65,29 @@ def test_mavproxys_own_recording_goes_on_in_a_next_dive_once_for_each_that_is_fu
     recorder.command(["start"])
     for _ in range(10):
         (frame,) = Framer().feed(VEHICLE.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
-        recorder.keep(frame)
+        recorder.keep(frame, "a")
         clock.advance_to(clock.now_s + 1.0)
         recorder.tick()
     recorder.stop()
     dives = len(list_folders(Path("dives")))
     assert dives > 2
     assert said.count(recordings.FULL) == dives - 1
+
+
+def test_a_second_link_on_which_a_vehicle_is_heard_later_makes_no_second_vehicle_of_it():
+    clock, said = SimulatedClock(), []
+    recorder = recordings.Recordings(clock, said.append, list, lambda: None)
+    recorder.command(["start"])
+    beat = dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)
+    frames = Framer().feed(b"".join(VEHICLE.encode(beat) for _ in range(1000)))
+    for earlier, now in zip(frames, frames[60:], strict=False):
+        recorder.keep(now, "tether")
+        recorder.keep(earlier, "radio")
+        clock.advance_to(clock.now_s + 0.01)
+        recorder.tick()
+    recorder.stop()
+    assert said[-1].startswith("recorded 1880 frames")
+    assert not [line for line in said if "two vehicles" in line]
 
 
 def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_says_how_one_is_made():
@@ -86,6 +102,20 @@ def test_mavproxys_own_recording_is_refused_likewise_and_without_any_dive_it_say
         assert recorder.newest() == earlier
     finally:
         recorder.stop()
+
+
+def test_a_dive_that_a_recorder_on_links_of_its_own_still_writes_is_not_taken_either():
+    recorder = recordings.Recordings(SimulatedClock(), lambda _: None, list, lambda: None)
+    present = new_folder(Path("dives"), 1.79e9 + 3600, "elsewhere")
+    with present.open_telemetry(1) as telemetry:
+        telemetry.write(1_790_003_600_000_000, VEHICLE.encode(dialect.MAVLink_system_time_message(0, 1)))
+        with pytest.raises(
+            LogError, match=f"no dive is over yet, {present.path} is being recorded by another"
+        ):
+            recorder.newest()
+        earlier = dive("a", 1.79e9)
+        assert recorder.newest() == earlier
+    assert recorder.newest() == present.path
 
 
 def test_an_order_for_the_next_dive_that_fails_unexpectedly_is_told_and_can_be_given_again(monkeypatch):
@@ -174,6 +204,22 @@ def test_who_takes_the_module_out_is_told_that_off_is_sent_no_more_and_not_confi
     assert said[-1].startswith("ff: stopped by the user, vehicle 1: sent once")
     assert said[-1].endswith("not confirmed")
     assert made._switching.tick() == []
+
+
+def test_off_for_a_vehicle_that_is_long_silent_goes_on_its_link_and_complains_of_none():
+    made = module.SeatrialModule.__new__(module.SeatrialModule)
+    sent, said, clock, fleet = [], [], SimulatedClock(), Fleet()
+    (beat,) = Framer().feed(VEHICLE.encode(dialect.MAVLink_heartbeat_message(12, 0, 0, 0, 4, 3)))
+    fleet.on_frame(beat, "radio", clock.boot_s())
+    fleet.chosen = 1
+    clock.advance_to(3000.0)
+    made._fleet, made.say_line = fleet, said.append
+    link = SimpleNamespace(mav=SimpleNamespace(send=lambda message: sent.append(message.target_component)))
+    made._taps = [SimpleNamespace(name="radio", connection=link)]
+    switching = module.Switching(fleet, clock, lambda _: None)
+    switching.command(["off"])
+    made._switch(switching.tick())
+    assert ({*sent}, said) == ({1, 191}, [])
 
 
 def test_nothing_else_imports_the_adapter_and_each_of_its_files_says_its_licence():

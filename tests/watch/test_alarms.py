@@ -1,6 +1,7 @@
 """Alarms: limits from one file, judged from the picture, rung once each; a dive that ends is none."""
 
 import math
+from dataclasses import replace
 
 import pytest
 import yaml
@@ -12,7 +13,8 @@ from bridge.errors import ConfigError
 from bridge.vehicle.config import CONFIGS, load_vehicle
 from bridge.wire.status_codes import status_texts
 from gcs_plugin.bell import Bell
-from gcs_plugin.watch.alarms import SHIPPED, AlarmTrace, Limits, Settings, load_settings, user_file
+from gcs_plugin.monitor.gap import AxisGap, Gap
+from gcs_plugin.watch.alarms import SHIPPED, Alarms, AlarmTrace, Limits, Settings, load_settings, user_file
 from gcs_plugin.watch.picture import Alarm, Kind
 from gcs_plugin.watch.watcher import TEXTS_KEPT, Watcher
 from tui.app.screens.watch_lines import unset_lines
@@ -129,6 +131,27 @@ def test_an_alarm_holds_beside_that_of_the_link_by_which_its_readings_are_lost()
     assert Kind.LINK in dive.alarms
     assert dive.pictured(0.5, **low) == {Kind.BATTERY: "battery 13.80 V, below 14 V"}
     assert dive.pictured(1.0) == {}
+
+
+DEPARTED = Gap((AxisGap(0, 0.02, 0.005, True),), since_s=30.0)
+
+
+@pytest.mark.parametrize(
+    ("lost", "kinds"),
+    [({"gap": None}, [Kind.GAP]), ({"gap": DEPARTED, "armed_age_s": 8.0}, [Kind.LINK, Kind.GAP])],
+)
+def test_a_vehicle_that_departed_from_its_model_is_not_said_to_follow_it_while_no_reading_tells(lost, kinds):
+    picture, alarms = replace(Dive().go_on(10.0).watcher.picture(10.0), lacks=""), Alarms(SET, RUVIFIST)
+    seen = [
+        alarms.look(replace(picture, now_s=now_s, **changes))
+        for now_s, changes in ((10.0, {"gap": DEPARTED}), (12.0, {"gap": DEPARTED}), (30.0, lost))
+    ]
+    words = "it departs from its model in surge: no known cause fits"
+    assert [alarm.words for alarm in seen[1]] == [words]
+    assert [alarm.kind for alarm in seen[2]] == kinds
+    assert seen[2][-1].words == f"{words}; no reading since"
+    assert alarms.look(replace(picture, now_s=31.0, gap=Gap(DEPARTED.axes))) == ()
+    assert alarms.look(replace(picture, now_s=32.0, gap=None)) == ()
 
 
 def test_what_was_no_alarm_yet_becomes_none_while_its_readings_are_lost():

@@ -454,6 +454,16 @@ def test_every_second_is_judged_at_whatever_rate_the_dvl_pings(dvl_hz):
     assert judged_s(at_rest(40, dvl_hz)) == pytest.approx(40 - 5, abs=2)
 
 
+def test_every_second_is_judged_also_where_the_attitudes_boot_time_goes_round_after_seven_weeks():
+    round_s = 2**32 / 1e3
+    aged = [replace(reading, time_s=reading.time_s + round_s - 20.0) for reading in at_rest(40, 10.0)]
+    readings = [
+        replace(reading, time_s=reading.time_s % round_s) if reading.signal == "attitude" else reading
+        for reading in aged
+    ]
+    assert judged_s(readings) == pytest.approx(40 - 5, abs=2)
+
+
 @pytest.mark.parametrize("lost", [("dvl",), ("pwm", "imu", "attitude", "dvl")])
 def test_a_second_within_a_hole_of_the_readings_is_not_made_up_from_those_around_it(lost):
     hole = at_rest(40, 10.0, silent=lambda signal, time_s: signal in lost and 20.0 < time_s < 24.0)

@@ -7,8 +7,10 @@ from pymavlink.dialects.v20 import ardupilotmega as mav
 from vehicle_on_air import LINK, OnAir, dvl, imu
 
 from bridge.vehicle.config import load_vehicle
+from bridge.wire.framing import Framer
 from bridge.wire.readings import TABLE
 from bridge.wire.status_codes import Topic, coded, status_texts
+from gcs_plugin.watch.channels import StatusTexts
 from gcs_plugin.watch.picture import Armed, Condition, Freshness, Kind
 from gcs_plugin.watch.watcher import Watcher
 from tui.watch_text import header
@@ -219,6 +221,33 @@ def test_long_words_come_whole_and_can_not_steer_a_terminal(watcher, vehicle):
     assert said.text.startswith("depth [2Jhold is lost")
     assert said.text.count("is lost") == 12
     assert math.isnan(said.utc_s)
+
+
+WORDS = " ".join(f"word {number} of a long text," for number in range(6))
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2), (2, 0, 1), (1, 1, 0, 2, 2, 0), (0, 0, 1, 2, 2)])
+def test_the_pieces_of_a_text_may_come_twice_and_out_of_their_order(vehicle, order):
+    said = []
+    texts, pieces = StatusTexts(lambda *text: said.append(text[2].words)), status_texts(WORDS, 3, 7)
+    for place in order:
+        (frame,) = Framer().feed(vehicle.encoder.encode(pieces[place]))
+        texts.hear(frame)
+    assert said == [WORDS]
+
+
+@pytest.mark.parametrize(
+    ("lost", "words"),
+    [(0, f" ... {WORDS[50:]}"), (1, f"{WORDS[:50]} ... {WORDS[100:]}"), (2, f"{WORDS[:100]} ... ")],
+)
+def test_a_piece_that_was_lost_shows_as_a_gap_and_joins_no_words(watcher, vehicle, lost, words):
+    vehicle.beats(1.0)
+    for place, message in enumerate(status_texts(WORDS, 3, 7)):
+        if place != lost:
+            vehicle.says(message, 3.0)
+    vehicle.beats(4.0)
+    (said,) = watcher.picture(4.0).said
+    assert said.text == words
 
 
 def test_two_vehicles_under_one_address_are_told(watcher):
