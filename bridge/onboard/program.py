@@ -128,7 +128,7 @@ def ground(text: str) -> "Ground":
 def run(arguments: argparse.Namespace) -> int:
     """Run with these options, alone with its parameters: a second bridge would overwrite those of the first, and a
     second companion take its sticks. Raises UsageError beside another."""
-    from bridge.locks import held_alone, holder_of
+    from bridge.onboard.store_lock import alone_with
     from bridge.vehicle.config import load_vehicle
 
     if arguments.parameters:
@@ -141,16 +141,8 @@ def run(arguments: argparse.Namespace) -> int:
         file = companion_file(file)
     vehicle = file.vehicle
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
-    lock = store.with_name(f"{store.name}.lock")
-    with held_alone(lock) as is_alone:
-        if is_alone:
-            return _run(arguments, file, store)
-        process = holder_of(lock)
-    other = f"another bridge (process {process})" if process else "another bridge"
-    raise exit_codes.UsageError(
-        f"{store}: {other} keeps its parameters there: end that one, or give this one, for another vehicle, "
-        "--parameters of its own"
-    )
+    with alone_with(store, "bridge", "this one, for another vehicle, --parameters of its own"):
+        return _run(arguments, file, store)
 
 
 def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int:
