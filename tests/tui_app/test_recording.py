@@ -146,6 +146,19 @@ def test_where_a_recording_runs_it_is_watched_from_the_first_screen_on_though_no
     after([shows(WatchScreen)], boat, SILENT)
 
 
+def test_an_app_that_goes_by_the_first_of_two_recordings_says_so_and_how_the_other_is_seen():
+    boat = Boat()
+    boat.desk.ways = lambda: (
+        Way("udpin:127.0.0.1:14550", "", recorded=True),
+        Way("udpin:127.0.0.1:14551", "", recorded=True, others=True),
+        Way("udpin:127.0.0.1:14552", ""),
+    )
+    assert after([], boat) == [
+        "the app shows what udpin:127.0.0.1:14550 brings; another recording runs, and its vehicle is seen by "
+        "`seatrial watch --link udpin:127.0.0.1:14551`"
+    ]
+
+
 def test_a_link_may_be_typed_recorded_or_only_looked_at():
     boat, link = Boat(), "tcp:sub:5777"
     boat.desk.ways = tuple
