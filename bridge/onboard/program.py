@@ -195,6 +195,7 @@ def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int
         companion=companion,
     )
     known: dict[str, str] = {}
+    said: dict[str, set[str]] = {}
 
     def work(stop: "threading.Event") -> None:
         kept = (
@@ -218,16 +219,20 @@ def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int
         run_ports(bridge, vehicle, clock, stop, rate_hz=COMPANION_HZ, last=give_back)
 
     def each(_: float) -> None:
-        parts = bridge.link_faults | bridge.device_faults
+        of_links = bridge.link_faults
+        parts = of_links | bridge.device_faults
         troubles = {
             "the ring": "" if ring is None else ring.fault,
             "the companion": "" if companion is None else companion.trouble(clock.boot_s()),
         }
         faults = parts | {name: trouble for name, trouble in troubles.items() if trouble}
         for name, fault in faults.items():
-            if known.get(name) != fault:
+            # The reasons of a link that is opened again and again take turns, each second.
+            if known.get(name) != fault and not (name in of_links and fault in said.get(name, ())):
                 say_warning(fault)
+                said.setdefault(name, set()).add(fault)
         for name in known.keys() - faults.keys():
+            said.pop(name, None)
             say(f"no longer so: {known[name]}" if name in troubles else f"{name} is back")
         known.clear()
         known.update(faults)
