@@ -92,10 +92,12 @@ class Recordings(Shell):
             return
         self._declinable_until_s, self._declinable = self._clock() + ANNOUNCED_S, self.desk.recorded()
         of = f" of {', '.join(self.desk.links())}" if self.desk.links() else ""
-        self.notify(
+        self._warn(
             f"a recording{of} has begun, and goes on when the app is left; "
             f"{self._key_of_id('recording.decline')} ends it again, and only looks",
-            timeout=TELL_S,
+            lambda: self._declinable is not None and self.desk.recorded() == self._declinable,
+            "information",
+            TELL_S,
         )
 
     def action_decline(self) -> None:
