@@ -17,7 +17,8 @@ TELL_SLOW_EVERY_S: Final = 10.0
 
 @dataclass
 class _Side:
-    """One link with its own framer. `fault` is why it fails, "" after a whole step without failure.
+    """One link with its own framer. `fault` is why it fails, "" after a whole step in which it carried something and
+    did not fail: one that opens, as a UDP port does without a network, carries nothing yet.
 
     `dropped` is the number of its lost writes that the crew knows of; `tell_s`: when it may hear of more.
     """
@@ -26,6 +27,7 @@ class _Side:
     framer: Framer = field(default_factory=Framer)
     fault: str = ""
     failed: bool = False
+    carried: bool = False
     dropped: int = 0
     tell_s: float = -math.inf
 
@@ -60,6 +62,7 @@ class Sides:
                     self._failed(side, side.link.fault)
                 yield from ((number, frame) for frame in side.framer.hear(data, now_s))
                 size += len(data)
+                side.carried = side.carried or bool(data)
                 if not data or size >= MOST_BYTES_A_STEP:
                     break
 
@@ -76,20 +79,25 @@ class Sides:
                     self._write(side, data)
 
     def end_step(self, now_s: float) -> None:
-        """Report the failed links that worked again for a whole step, and those that do not carry all."""
+        """Report the failed links that carried again for a whole step, and those that do not carry all."""
         for side in self._sides:
-            if side.fault and not side.failed:
+            if side.fault and side.carried and not side.failed:
                 self._is_back(side)
             elif not side.fault and side.link.lost_writes > side.dropped and now_s >= side.tell_s:
                 side.tell_s = now_s + TELL_SLOW_EVERY_S
                 self._say(f"link too slow: {side.link.name}, {self._newly_lost(side)} writes lost")
-            side.failed = False
+            side.failed = side.carried = False
 
     def _write(self, side: _Side, data: bytes) -> None:
+        lost = side.link.lost_writes
         try:
             side.link.write(data)
         except LinkError as error:
             self._failed(side, str(error))
+            return
+        if side.link.fault:
+            self._failed(side, side.link.fault)
+        side.carried = side.carried or side.link.lost_writes == lost
 
     def _is_back(self, side: _Side) -> None:
         # A link that reconnects by itself counts the writes that were lost meanwhile.

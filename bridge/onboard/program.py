@@ -128,7 +128,7 @@ def ground(text: str) -> "Ground":
 def run(arguments: argparse.Namespace) -> int:
     """Run with these options, alone with its parameters: a second bridge would overwrite those of the first, and a
     second companion take its sticks. Raises UsageError beside another."""
-    from bridge.locks import held_alone, holder_of
+    from bridge.onboard.store_lock import alone_with
     from bridge.vehicle.config import load_vehicle
 
     if arguments.parameters:
@@ -141,16 +141,8 @@ def run(arguments: argparse.Namespace) -> int:
         file = companion_file(file)
     vehicle = file.vehicle
     store = Path(arguments.parameters) if arguments.parameters else default_store(vehicle)
-    lock = store.with_name(f"{store.name}.lock")
-    with held_alone(lock) as is_alone:
-        if is_alone:
-            return _run(arguments, file, store)
-        process = holder_of(lock)
-    other = f"another bridge (process {process})" if process else "another bridge"
-    raise exit_codes.UsageError(
-        f"{store}: {other} keeps its parameters there: end that one, or give this one, for another vehicle, "
-        "--parameters of its own"
-    )
+    with alone_with(store, "bridge", "this one, for another vehicle, --parameters of its own"):
+        return _run(arguments, file, store)
 
 
 def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int:
@@ -203,6 +195,7 @@ def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int
         companion=companion,
     )
     known: dict[str, str] = {}
+    said: dict[str, set[str]] = {}
 
     def work(stop: "threading.Event") -> None:
         kept = (
@@ -226,16 +219,20 @@ def _run(arguments: argparse.Namespace, file: "VehicleFile", store: Path) -> int
         run_ports(bridge, vehicle, clock, stop, rate_hz=COMPANION_HZ, last=give_back)
 
     def each(_: float) -> None:
-        parts = bridge.link_faults | bridge.device_faults
+        of_links = bridge.link_faults
+        parts = of_links | bridge.device_faults
         troubles = {
             "the ring": "" if ring is None else ring.fault,
             "the companion": "" if companion is None else companion.trouble(clock.boot_s()),
         }
         faults = parts | {name: trouble for name, trouble in troubles.items() if trouble}
         for name, fault in faults.items():
-            if known.get(name) != fault:
+            # The reasons of a link that is opened again and again take turns, each second.
+            if known.get(name) != fault and not (name in of_links and fault in said.get(name, ())):
                 say_warning(fault)
+                said.setdefault(name, set()).add(fault)
         for name in known.keys() - faults.keys():
+            said.pop(name, None)
             say(f"no longer so: {known[name]}" if name in troubles else f"{name} is back")
         known.clear()
         known.update(faults)

@@ -92,3 +92,14 @@ def test_a_second_bridge_that_would_overwrite_the_parameters_of_the_first_does_n
     assert cli.main([*ways, "--seconds", "1"]) in (exit_codes.DONE, exit_codes.LINK), (
         "a killed one locks nobody out"
     )
+
+
+def test_a_link_that_opens_and_carries_nothing_is_warned_of_once_and_not_called_back(tmp_path, capsys):
+    """As on a vehicle that starts before its network; here the system refuses to send to all at once."""
+    ways = ("--link", "udpout:255.255.255.255:9", "--parameters", str(tmp_path / "p.json"), "--seconds", "4")
+    cli.main(["bridge", "--vehicle", VEHICLE, *ways])
+    said = capsys.readouterr()
+    warnings = [line for line in said.err.splitlines() if "udpout:255.255.255.255:9: " in line]
+    assert warnings
+    assert len(set(warnings)) == len(warnings)
+    assert "is back" not in said.out + said.err

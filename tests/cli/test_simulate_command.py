@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import pytest
 from fakes.ports import free_port
+from fakes.processes import Running
 from waiting import ended_once, until
 
 from bridge import exit_codes
@@ -348,6 +349,29 @@ def test_a_dive_that_can_not_begin_leaves_no_folder(tmp_path, mission, monkeypat
     assert simulate(tmp_path, mission) == exit_codes.BAD_INPUT
     assert "T1_gain 0.1 out of bounds" in capsys.readouterr().err
     assert not list((tmp_path / "dives").iterdir())
+
+
+def test_a_dive_that_would_overwrite_the_parameters_of_a_vehicle_afloat_does_not_begin(
+    tmp_path, mission, capsys
+):
+    memory = str(tmp_path / "memory.json")
+    afloat = Running(
+        "simulate", "--vehicle", "ruvifist:hovering", "--mission", "idle",
+        "--link", "udpout:127.0.0.1:9", "--parameters", memory,
+    )  # fmt: skip
+    try:
+        afloat.until("Ctrl-C ends it")
+        assert simulate(tmp_path, mission, "--parameters", memory) == exit_codes.BAD_INPUT
+        said = " ".join(capsys.readouterr().err.split())
+        assert (
+            f"another vehicle (process {afloat.process.pid}) keeps its parameters there: end that one" in said
+        )
+        assert not (tmp_path / "dives").exists()
+    finally:
+        afloat.kill()
+    assert simulate(tmp_path, mission, "--parameters", memory) == exit_codes.DONE, (
+        "a killed one locks nobody out"
+    )
 
 
 def test_an_idle_vehicle_without_a_link_leaves_a_wrong_store_of_parameters_where_it_is(tmp_path, refused):

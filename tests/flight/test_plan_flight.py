@@ -726,6 +726,13 @@ def test_every_press_of_a_key_counts_though_several_came_since_the_last_look(mon
 CALIBRATE = ["calibrate", *command("--armed", "--countdown", "3")[2:]]
 
 
+def test_a_flight_that_ended_because_the_ground_was_not_heard_names_the_ways_out():
+    said = fly.sentence(Outcome(End.LINK, "ground not heard", 4, 40.0))
+    assert said.startswith("flight ended: ground not heard; 4 pieces, 40 s of manoeuvres")
+    assert "mend the link, or close what keeps this computer busy, and fly again" in said
+    assert "mend the link" not in fly.sentence(Outcome(End.KEY, "end key", 4, 40.0))
+
+
 def flown(monkeypatch, known_s):
     """The flight of `calibrate` ends so at once: `fly` has its own tests."""
     outcome = Outcome(End.FINISHED, "finished", 1, 8.0, known_s)

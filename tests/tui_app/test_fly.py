@@ -164,11 +164,26 @@ def test_a_plan_that_is_being_made_is_shown_though_another_vehicle_is_meant_by_n
         Sees("0 % begins"),
         let_go,
         Lacks("begins"),
+        Lacks("Stop planning"),
         "f",
         Lacks("Type FLY"),
         Sees("[p] plans"),
     )
     assert flights(made) == []
+
+
+def test_the_key_that_stops_planning_is_named_on_the_screen_while_a_plan_is_being_made():
+    made = verbs(held=("calibrate",))
+    on(made, "p", Sees("0 % begins"), Sees("Ctrl-R Stop planning"), "ctrl+r", Lacks("Stop planning"))
+
+
+def test_the_end_key_without_a_flight_of_the_app_says_where_that_of_another_flight_is():
+    made = verbs()
+    on(
+        made,
+        "ctrl+f",
+        says("no flight runs that was begun here; one of `seatrial fly` ends by any key in its terminal"),
+    )
 
 
 def test_during_the_flight_the_intervals_are_live_and_its_end_key_is_pressed_from_any_screen():

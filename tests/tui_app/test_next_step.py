@@ -181,7 +181,12 @@ def test_each_state_has_its_next_step(situation, words):
 
 
 @pytest.mark.parametrize(
-    "situation", [replace(SHADOW, after_upload=True), replace(AGAIN, flown="both", go=True)]
+    "situation",
+    [
+        replace(DIVED, over=True, recording=False),
+        replace(SHADOW, after_upload=True),
+        replace(AGAIN, flown="both", go=True),
+    ],
 )
 def test_where_the_screens_show_another_dive_the_keys_go_to_the_one_meant_first(situation):
     assert "dives.newest" not in next_of(situation).actions
@@ -250,13 +255,14 @@ class Place:
         self._second += 1
         os.utime(path, (self._second, self._second))
 
-    def dive(self, name, **std):
+    def dive(self, name, error="", **std):
         log = self.dives / name / "telemetry.tlog"
         self.write(log)
         state = log.stat()
         recorded = [["telemetry.tlog", state.st_size, state.st_mtime_ns]]
         key = {"version": VERSION, "recordings": recorded, "beside": [], "vehicle": "x"}
-        glance = asdict(Glance(duration_s=112.0, relative_std=std))
+        known = Glance(error=error) if error else Glance(duration_s=112.0, relative_std=std)
+        glance = asdict(known)
         self.write(self.dives / name / ".glance.json", json.dumps(plain({"key": key, "glance": glance})))
 
     def identify(self, name, value=12.5):
@@ -294,6 +300,12 @@ def test_the_state_is_read_from_the_folders_of_dives_and_receipts(place, monkeyp
     # What the vehicle accepted since is what the crew wanted, whichever file it came from.
     place.write(accepted)
     assert place.situation().uploaded is True
+
+
+def test_a_recording_that_can_not_be_read_is_not_the_dive_that_is_to_be_identified(place):
+    place.dive("2026-11-21T0800Z-first", M_u=0.01)
+    place.dive("2026-11-21T0910Z-damaged", error="holds no MAVLink frame; give a .tlog recording")
+    assert place.situation().dive == "2026-11-21T0800Z-first"
 
 
 @pytest.mark.parametrize(("of", "is_uploaded"), [("ruvifist", True), ("", True), ("bluerov2", False)])

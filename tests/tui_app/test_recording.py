@@ -93,6 +93,18 @@ def test_one_key_declines_the_recording_that_the_app_has_just_begun_and_looks_at
     assert notices[-1] == "the app looks at, and does not record, udpin:127.0.0.1:14550"
 
 
+def test_that_a_recording_has_begun_is_said_no_longer_once_it_was_ended():
+    boat = Boat()
+
+    def announced(app):
+        return any("has begun, and goes on" in notice for notice in said(app))
+
+    notices = after(
+        ["ctrl+g", worked, announced, "ctrl+d", worked, lambda app: not announced(app)], boat, SILENT
+    )
+    assert any("NOTHING is recorded any more" in notice for notice in notices)
+
+
 def test_a_recording_that_the_app_did_not_begin_is_not_declined():
     boat = Boat()
     assert after(["ctrl+d"], boat) == ["the app has begun no recording just now; nothing was ended"]
@@ -144,6 +156,19 @@ def test_where_a_recording_runs_it_is_watched_from_the_first_screen_on_though_no
     boat = Boat()
     boat.links = ()
     after([shows(WatchScreen)], boat, SILENT)
+
+
+def test_an_app_that_goes_by_the_first_of_two_recordings_says_so_and_how_the_other_is_seen():
+    boat = Boat()
+    boat.desk.ways = lambda: (
+        Way("udpin:127.0.0.1:14550", "", recorded=True),
+        Way("udpin:127.0.0.1:14551", "", recorded=True, others=True),
+        Way("udpin:127.0.0.1:14552", ""),
+    )
+    assert after([], boat) == [
+        "the app shows what udpin:127.0.0.1:14550 brings; another recording runs, and its vehicle is seen by "
+        "`seatrial watch --link udpin:127.0.0.1:14551`"
+    ]
 
 
 def test_a_link_may_be_typed_recorded_or_only_looked_at():

@@ -72,6 +72,19 @@ def test_a_link_that_mends_itself_is_told_lost_once_while_it_is_away(rig):
     assert said == f"link back: serial:/dev/ttyX, {dropped} writes lost"
 
 
+def test_a_port_that_opens_without_a_network_and_carries_nothing_is_told_lost_once_and_not_back(rig):
+    unreachable = FakeLink("udpout:far:1", writes_fail=True)
+    link = Reconnecting(lambda: unreachable, rig.clock, "udpout:far:1")
+    bridge = Bridge(rig.vehicle, rig.clock, [link, *rig.links], rig.parameters)
+    texts = []
+    for i in range(2000):
+        rig.clock.advance_to(0.005 * i)
+        bridge.step()
+        texts += [m.text for m in rig.heard() if m.get_type() == "STATUSTEXT"]
+    assert [text for text in texts if "link" in text] == ["link lost: udpout:far:1"]
+    assert bridge.link_faults
+
+
 def test_a_link_that_does_not_carry_all_is_told_every_ten_seconds_with_what_it_lost(rig):
     slow = FakeLink("serial:/dev/ttyX")
     bridge = Bridge(rig.vehicle, rig.clock, [slow, *rig.links], rig.parameters)

@@ -108,6 +108,7 @@ class SeatrialApp(Modes, inherit_bindings=False):
                 lambda: unfinished(self.desk.receipts) is not None,
                 timeout=TELL_S,
             )
+        self._tell_of_others()
         if self._begins_recording:
             self._begin()
         self.call_after_refresh(self._refresh_view)

@@ -86,7 +86,10 @@ class Modes(Recordings):
         jobs = self.desk.jobs
         flight = flight_of(jobs)
         if not jobs.press(FLY):
-            self.notify("no flight runs that was begun here; Off, sticks and disarming work as always")
+            self.notify(
+                "no flight runs that was begun here; one of `seatrial fly` ends by any key in its terminal; FF off, "
+                "sticks and disarming work as always"
+            )
         elif flight is Flight.UNDER_WAY:
             self._warn(
                 "the flight is ended: it holds its place; again disarms it",

@@ -176,6 +176,7 @@ ASKED = Next((), "answer what is asked; escape leaves it")
 """While a question is open, every key goes to its answer."""
 WRITES = Next((), "the vehicle is being written to: wait for its answer")
 OF_OTHERS: Final = {
+    IDENTIFY.actions: ("screen.dives", "dives.newest", "dives.identify"),
     VALIDATE.actions: ("screen.dives", "dives.newest", "dives.validate"),
     DIAGNOSE.actions: ("screen.dives", "dives.newest", "dives.diagnose"),
 }

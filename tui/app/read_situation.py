@@ -119,15 +119,18 @@ def _works(job: JobState | None) -> bool:
 
 
 def _dive(desk: Desk) -> Path | None:
-    """The newest finished dive whose thrusters pushed, as far as known, whichever the screens show."""
+    """The newest finished dive that can be read and whose thrusters pushed, as far as known, whichever the screens
+    show."""
     return next(
         (dive for dive in reversed(desk.dives()) if desk.is_finished(dive) and not _is_idle(dive)), None
     )
 
 
 def _is_idle(dive: Path) -> bool:
-    """Whether a recording was read, and none of its thrusters pushed."""
+    """Whether a recording can't be read, or was read and none of its thrusters pushed."""
     glance = kept_glance(dive)
+    if glance is not None and glance.error:
+        return True
     std = glance.relative_std if glance is not None else None
     return std is not None and not any(map(math.isfinite, std.values()))
 

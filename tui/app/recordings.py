@@ -5,6 +5,7 @@ from collections.abc import Callable
 from functools import cached_property, partial
 from pathlib import Path
 
+from bridge import text
 from bridge.errors import SeatrialError
 from tui.app.connecting import Choice
 from tui.app.jobs import aside
@@ -36,6 +37,20 @@ class Recordings(Shell):
     @cached_property
     def _news(self) -> RecordingNews:
         return RecordingNews(self.desk, self._begins, self._next_dive)
+
+    def _tell_of_others(self) -> None:
+        """Name the links of other recordings that run: the app shows another vehicle than theirs, and does not tell."""
+        if self.desk.recorded() is None or self.desk.link():
+            return
+        ways = self.desk.ways()
+        others = [way.link for way in ways if way.others]
+        if others:
+            shown = ", ".join(way.link for way in ways if way.recorded and not way.others)
+            seen_by = " or ".join(f"`seatrial watch {text.typed('--link', link)}`" for link in others)
+            self.notify(
+                f"the app shows what {shown} brings; another recording runs, and its vehicle is seen by {seen_by}",
+                timeout=TELL_S,
+            )
 
     def _starts_recording(self) -> bool:
         """Whether the app is about to begin a recording."""
@@ -77,10 +92,12 @@ class Recordings(Shell):
             return
         self._declinable_until_s, self._declinable = self._clock() + ANNOUNCED_S, self.desk.recorded()
         of = f" of {', '.join(self.desk.links())}" if self.desk.links() else ""
-        self.notify(
+        self._warn(
             f"a recording{of} has begun, and goes on when the app is left; "
             f"{self._key_of_id('recording.decline')} ends it again, and only looks",
-            timeout=TELL_S,
+            lambda: self._declinable is not None and self.desk.recorded() == self._declinable,
+            "information",
+            TELL_S,
         )
 
     def action_decline(self) -> None:

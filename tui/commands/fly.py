@@ -232,7 +232,16 @@ def sentence(outcome: Outcome) -> str:
         if outcome.all_known
         else "not all that was asked for is known"
     )
-    return f"flight ended: {outcome.words}; {outcome.pieces} pieces, {outcome.flown_s:.0f} s of manoeuvres; {known}"
+    way_out = (
+        "; for link_s it heard nothing of this program: mend the link, or close what keeps this computer busy, and fly "
+        "again"
+        if outcome.end is End.LINK
+        else ""
+    )
+    return (
+        f"flight ended: {outcome.words}; {outcome.pieces} pieces, {outcome.flown_s:.0f} s of manoeuvres; {known}"
+        f"{way_out}"
+    )
 
 
 def to_json(outcome: Outcome, wanted: Wanted) -> dict[str, Any]:

@@ -19,6 +19,7 @@ from bridge.links import secured
 from bridge.links.addresses import of_links
 from bridge.links.link import Link
 from bridge.onboard.parameters import ParameterServer, parameters_of
+from bridge.onboard.store_lock import alone_with
 from bridge.signing.link import Trouble
 from bridge.simulator.body import Start
 from bridge.simulator.devices import Surroundings
@@ -71,7 +72,21 @@ def run(arguments: argparse.Namespace) -> int:
     mission = (
         None if arguments.mission == IDLE else mission_named(arguments.mission, shape, arguments.heading)
     )
-    store = Path(arguments.parameters) if arguments.parameters else None
+    if not arguments.parameters:
+        return on_links(arguments, file, configuration, mission, None)
+    store = Path(arguments.parameters)
+    with alone_with(store, "vehicle", "this one --parameters of its own"):
+        return on_links(arguments, file, configuration, mission, store)
+
+
+def on_links(
+    arguments: argparse.Namespace,
+    file: VehicleFile,
+    configuration: str,
+    mission: Mission | None,
+    store: Path | None,
+) -> int:
+    """Open the links, and dive the mission, or stay afloat for None, with the parameters that `store` keeps."""
     parameters = parameters_of(file, store)
     if parameters.trouble:
         say_warning(parameters.trouble)

@@ -24,7 +24,7 @@ from gcs_plugin.flying.run import per_cent
 from gcs_plugin.watch.picture import Picture
 from tui.app.drawing import Lines, Span, hanging, heading, number, stacked
 from tui.app.jobs import Jobs, JobState, job_lines
-from tui.app.keys import HIDDEN, Action, bindings
+from tui.app.keys import Action, bindings
 from tui.app.next_step import Flight
 from tui.app.screens.frame import Drawn, StationScreen
 from tui.app.screens.overlays import AskScreen, FormScreen
@@ -174,7 +174,7 @@ class FlyScreen(StationScreen):
         Action("fly.settings", "e", "Limits", "limit file, accuracy, time, parameters"),
         Action("fly.fly", "f", "Fly", "arms the vehicle and flies the plan; asks for a word", call="launch"),
         Action("fly.end", "x", "End", "the vehicle holds its place; again disarms it"),
-        Action("fly.stop", "ctrl+r", "Stop planning", "plan no further", HIDDEN, "stop_planning"),
+        Action("fly.stop", "ctrl+r", "Stop planning", "plan no further", call="stop_planning"),
     )
     BINDINGS = bindings(ACTIONS)  # type: ignore[assignment]
     LEGEND: ClassVar[tuple[tuple[str, str], ...]] = (
