@@ -150,7 +150,9 @@ def _battery_to_wire(time_s: float, v: Values) -> Wire:
 
 
 def _battery_from_wire(w: Wire) -> tuple[float, Values]:
-    return NAN, (NAN if w[3] == 65535 else w[3] / 1000, NAN if w[13] < 0 else w[13] / 100)
+    # An autopilot may list the cells, whose sum is the pack's voltage.
+    cells = [cell for cell in w[3:13] if cell != 65535]
+    return NAN, (sum(cells) / 1000 if cells else NAN, NAN if w[13] < 0 else w[13] / 100)
 
 
 def _gnss_to_wire(time_s: float, v: Values) -> Wire:

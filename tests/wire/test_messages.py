@@ -116,6 +116,14 @@ def test_the_fog_is_highres_imu_1_with_its_yaw_rate_alone():
     assert (m["id"], m["zgyro"], m["xgyro"], m["fields_updated"]) == (1, 0.5, 0.0, 32)
 
 
+def test_a_battery_that_lists_its_cells_has_the_voltage_of_all_of_them():
+    cells = [4100, 4090, 4080, 4110, *[65535] * 6]
+    (frame,) = Framer().feed(
+        Encoder(1, 1).encode(dialect.MAVLink_battery_status_message(0, 0, 0, 32767, cells, 250, -1, -1, 90))
+    )
+    assert decode(frame).values == (16.38, 2.5)
+
+
 def test_the_dvl_is_odometry_without_a_pose():
     _, m = over_the_wire(Reading("dvl", 2.0, (0.5, 0.25, -0.125, 0.25)))
     assert (m["frame_id"], m["child_frame_id"], m["time_usec"]) == (20, 12, 2_000_000)
