@@ -33,13 +33,16 @@ def test_the_table_says_how_far_off_each_value_is_and_how_many_intervals_hold_th
     half = {"verdict": "explained", "causes": ["weak_thruster (gain 0.53)"]}
     log = {"log": {"verdict": "partly", "causes": ["weak_thruster (gain 0.51)"]}}
     after = {"after": {"verdict": "no_gap", "causes": []}}
-    text = table({"plain": {"surge": AXIS}, "half": half | log | after, "planned": PLANNED})
+    plain = {"axes": {"surge": AXIS}, "answers": [half, after["after"], after["after"]]}
+    text = table({"plain": plain, "half": half | log | after, "planned": PLANNED})
     assert "| mass in surge | 17 kg | -1.0, +1.0 % | 1.5 % | 2 of 2 |" in text
     assert "| drag in surge at 0.063 m/s | 0.33 N | -7.9, +0.0 % | 5.9 % | 1 of 2 |" in text
     assert (
         "| thruster 2 at half its thrust | explained: weak_thruster (gain 0.53) | partly: weak_thruster (gain 0.51) "
         "| no_gap: nothing |" in text
     )
+    nothing = "no_gap: nothing (2), explained: weak_thruster (gain 0.53) (1)"
+    assert f"Of the 3 dives with nothing planted it says: {nothing}." in text
     assert "| laps by sticks, all of them | 804 s | 5.1 | 2 |" in text
     assert (
         "| `fly` until every mass is known to the widest of these, the worst of 2 flights | 100 s | 1.2 | - |"
