@@ -95,8 +95,7 @@ def above_noise(
     Slow or rare forces larger than that are kept, because a disturbance absorbs them without a drift, and so are
     reading errors. In roll and pitch nothing is kept with accepted effects, because the estimated angles wander by
     more than such effects (`known_to` is inf for an estimated heading), nor if the model drifts by less than HUSHED of
-    the noise. A force that is left out here is
-    not counted in place of the causes either.
+    the noise. A force that is left out here is not counted in place of the causes either.
     """
     hushed = {
         axis.dof

@@ -81,6 +81,18 @@ def test_a_gyro_that_reads_every_turn_too_small_is_no_correction():
     assert without_heading_resets(weak) is weak
 
 
+def test_a_last_window_that_ends_a_hair_beyond_the_last_attitude_is_looked_at_all_the_same():
+    """By the rounding of sums."""
+    time_s = 1.844 + np.arange(46) / 3.0
+    begins_s = np.arange(time_s[0], time_s[-1] - 1.0, 0.25)
+    assert begins_s[-1] + 1.0 > time_s[-1]
+    still, level = np.zeros((len(GYRO_S), 3)), 0.0 * time_s
+    gyro = Signal(GYRO_S, still)
+    attitude = Signal(time_s, quaternions_from_euler(level, level, 1e-4 * np.sin(time_s)))
+    at_rest = Dive("still", Path("still.tlog"), "1" * 64, attitude=attitude, gyro=gyro)
+    assert without_heading_resets(at_rest) is at_rest
+
+
 def test_a_heading_that_wanders_for_long_is_left_as_it_is():
     wanders = dive([(10.0 + 0.1 * k, 0.2 * DEG) for k in range(100)])
     assert without_heading_resets(wanders) is wanders

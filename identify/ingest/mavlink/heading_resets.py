@@ -69,8 +69,9 @@ def without_heading_resets(dive: Dive) -> Dive:
     # A gyro's bias is no reset.
     beyond = unturned - np.nanmedian(unturned)
     usual = 1.4826 * float(np.nanmedian(np.abs(beyond)))
-    near = np.diff(attitude.time_s) < LONGEST_S
-    stamped = STAMP_S * np.abs(turned) / np.maximum(np.diff(attitude.time_s), SHORTEST_S)
+    step_s = np.diff(attitude.time_s)
+    near = step_s < LONGEST_S
+    stamped = STAMP_S * np.abs(turned) / np.maximum(step_s, SHORTEST_S)
     reset = (np.abs(beyond) > max(LEAST_RAD, FAR * usual) + unsure + stamped) & near
     if np.count_nonzero(reset) > MOST * len(reset):
         return dive
@@ -99,7 +100,8 @@ def _corrected(time_s: Array, beyond: Array, turned: Array, unsure: Array) -> ND
     if not len(begins_s):
         return out
     first = np.searchsorted(time_s, begins_s)
-    last = np.searchsorted(time_s, begins_s + CORRECTED_S)
+    # The sum of the two may come out a hair beyond the last attitude.
+    last = np.minimum(np.searchsorted(time_s, begins_s + CORRECTED_S), len(time_s) - 1)
     # The median of a few: an attitude whose stamp stumbles in a turn departs for itself alone.
     lasting = np.median(sliding_window_view(np.pad(_total(beyond), FEW // 2, mode="edge"), FEW), axis=1)
     off = np.abs(lasting[last] - lasting[first])
