@@ -330,26 +330,22 @@ def test_another_number_of_thrusters_than_the_file_has_fails(talker, fills_up):
     assert findings_against_wet(list(result.values()))
 
 
-def test_two_vehicles_with_one_id_fail_and_forbid_the_wet_check(talker):
-    twin = Talker(talker.clock)
-    twin.encoder, twin.answers_time = Encoder(1, 1), False
-    for _ in range(100):
-        twin.encoder.frame(0, bytes(9))
-    read = talker.read
-    talker.read = lambda timeout_s: read(timeout_s) + twin.read(0.0)
-    result = examined(talker)
-    assert "two vehicles beat as system 1, component 1" in result["vehicles"].sentence
-    (refused,) = findings_against_wet(list(result.values()))
-    assert refused.level is Level.FAIL
-
-
-def test_signals_of_two_vehicles_are_not_judged_as_those_of_a_single_one(talker):
+@pytest.mark.parametrize(
+    ("system", "sentence"),
+    [(1, "two vehicles beat as system 1, component 1"), (2, "several vehicles beat (systems 1, 2)")],
+    ids=["with one id", "each with its own"],
+)
+def test_signals_of_two_vehicles_are_not_judged_as_those_of_a_single_one_and_forbid_the_wet_check(
+    talker, system, sentence
+):
     other = Talker(talker.clock)
-    other.encoder, other.answers_time = Encoder(2, 1), False
+    other.encoder, other.answers_time = Encoder(system, 1), False
+    for _ in range(100):
+        other.encoder.frame(0, bytes(9))
     read = talker.read
     talker.read = lambda timeout_s: read(timeout_s) + other.read(0.0)
     result = examined(talker)
-    assert "several vehicles beat (systems 1, 2)" in result["vehicles"].sentence
+    assert sentence in result["vehicles"].sentence
     (refused,) = findings_against_wet(list(result.values()))
     assert refused.level is Level.FAIL
 
